@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from thermoroll_cli.problem.problem import Problem
     from thermoroll_cli.problem.result import Result
     from thermoroll_cli.python_api import Solver, conicity, solve
+    from thermoroll_cli.sweeps.fit import fit
     from thermoroll_cli.sweeps.sweep import sweep
     from thermoroll_cli.worn.follow import wear
 
 __all__ = [
-    "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "__version__", "conicity", "read_result", "solve",
-    "sweep", "wear",
+    "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "__version__", "conicity", "fit", "read_result",
+    "solve", "sweep", "wear",
 ]  # fmt: skip
 
 _PLACES = {
@@ -39,6 +40,7 @@ _PLACES = {
     "Result": "thermoroll_cli.problem.result",
     "Solver": "thermoroll_cli.python_api",
     "conicity": "thermoroll_cli.python_api",
+    "fit": "thermoroll_cli.sweeps.fit",
     "read_result": "thermoroll_cli.files.result.hdf5",
     "solve": "thermoroll_cli.python_api",
     "sweep": "thermoroll_cli.sweeps.sweep",

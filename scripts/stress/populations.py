@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.stress import neighbours, service, wear, wheelsets
+from scripts.stress import fits, neighbours, service, wear, wheelsets
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
 from scripts.stress.coverage import covered, covered_beyond
 from scripts.stress.outcome import Outcome
@@ -129,6 +129,8 @@ POPULATIONS = {
     "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),
+    "fits of two values": Population(lambda seed: fits.random_curve(seed, 2), fits.covered, 200),
+    "fits of three values": Population(lambda seed: fits.random_curve(seed, 3), fits.covered, 200),
     "coverage of slender grids": Population(slender_grid, _covered_on_its_grid, 40, 300.0),
     "coverage of few depths": Population(few_depths, covered, 40, 300.0),
     "coverage of random contacts": Population(random_contact, covered, 40, 300.0),

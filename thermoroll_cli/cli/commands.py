@@ -16,6 +16,7 @@ from thermoroll_cli.cli import streams
 COMMANDS = {
     "run": ("run", "Solve cases, write results and pictures."),
     "sweep": ("sweep_command", "Solve a case for many values of some of its keys."),
+    "fit": ("fit", "Find values of a case from measurements."),
     "wear": ("wear", "Follow the profiles of both bodies as they wear."),
     "conicity": ("conicity", "Equivalent conicity of a wheelset on its track."),
     "show": ("show", "Show what a case means and what would run."),

@@ -60,6 +60,9 @@ Normalised = Annotated[bool, typer.Option("--normalised", help="Pictures in the 
 Compare = Annotated[
     str, typer.Option("--compare", metavar="A,B", help="Sweeps: creep forces of linear, fastsim or polach beside ours.")
 ]
+Data = Annotated[
+    Path | None, typer.Option("--measured", metavar="DATA.csv", help="Sweeps: measured points in the picture, as of fit.")
+]
 
 Report = Annotated[bool, typer.Option("--report", help="Also one HTML file with everything, to be sent: NAME_report.html.")]
 

@@ -44,11 +44,13 @@ def plot(
     ] = "",
     cut_y: Annotated[float | None, typer.Option("--cut-y", metavar="MM", help="Curves along x at this y.")] = None,
     theories: options.Compare = "",
+    data: options.Data = None,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
     """Draw the pictures of results and sweeps again."""
     from thermoroll_cli.plots.pictures import draw, kinds_of
+    from thermoroll_cli.sweeps.measured import Measured
     from thermoroll_cli.sweeps.table import draw_table, is_sweep_file, read_sweep
 
     check_no_cases(results)
@@ -56,6 +58,8 @@ def plot(
     if twice := next((stem for stem in stems if stems.count(stem) > 1), None):
         raise typer.BadParameter(f"several results would write {twice}_*.{endings[0]}: draw them into folders of their own "
                                  "with -o", param_hint="RESULT.h5...")  # fmt: skip
+    with options.usage("--measured"):
+        measured = None if data is None else Measured.read(data)
     # All of them are read before the first picture is drawn.
     stored = [read_sweep(path) if is_sweep_file(path) else read_result(path) for path in results]
     if output is not None:
@@ -69,7 +73,7 @@ def plot(
             else:
                 written, names = [stem.with_name(f"{stem.name}.{ending}") for ending in endings], [stem.name]
                 for picture in written:
-                    if why_not := draw_table(result, picture, compare=options.words(theories), dpi=dpi):
+                    if why_not := draw_table(result, picture, compare=options.words(theories), dpi=dpi, measured=measured):
                         raise ValueError(why_not)
         except ValueError as cause:
             raise typer.BadParameter(f"{path}: {cause}") from None

@@ -14,6 +14,7 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table, warnings_by_kind
 from thermoroll_cli.files.case import CaseError, Override, case_name
 from thermoroll_cli.plots.sweep_figures import THEORIES
+from thermoroll_cli.sweeps.measured import Measured
 from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 from thermoroll_cli.sweeps.table import Row, Rows, columns_of, draw_table, read_sweep
@@ -52,6 +53,7 @@ def sweep(
     formats: options.Formats = None,
     compare: options.Compare = "",
     report: options.Report = False,
+    data: options.Data = None,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -63,6 +65,8 @@ def sweep(
     """
     overrides, theories = options.parse_overrides(settings), _theories(compare)
     axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
+    with options.usage("--measured"):
+        measured = None if data is None else Measured.read(data)
     options.check_cluster(dask, jobs)
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
@@ -75,7 +79,7 @@ def sweep(
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
     targets = [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
-    pictures, why_not = _draw(rows, targets, theories) if wanted.plots and not no_plots else ([], "")
+    pictures, why_not = _draw(rows, targets, theories, measured) if wanted.plots and not no_plots else ([], "")
     reports = []
     if report:
         from thermoroll_cli.cli import report as page
@@ -155,11 +159,13 @@ def _theories(text: str) -> tuple[str, ...]:
     return names
 
 
-def _draw(rows: Rows, paths: list[Path], theories: Sequence[str]) -> tuple[list[Path], str]:
+def _draw(
+    rows: Rows, paths: list[Path], theories: Sequence[str], measured: Measured | None
+) -> tuple[list[Path], str]:
     """The picture in each of the file types of `paths`, or why there is none."""
     table = columns_of(rows, rows.points.point(1).problem.title)
     try:
-        why_not = next(filter(None, (draw_table(table, path, compare=theories) for path in paths)), "")
+        why_not = next(filter(None, (draw_table(table, path, compare=theories, measured=measured) for path in paths)), "")
     except ValueError as cause:
         why_not = str(cause)
     return ([], why_not) if why_not else (paths, "")

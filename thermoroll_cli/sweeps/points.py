@@ -93,13 +93,30 @@ def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...
 
 
 def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
-    """The columns of the CSV file at `path`: a header of keys, then a line per point, separated by commas, or by semicolons or
-    tabs, with which numbers may have a decimal comma. Rows and columns that are empty at the end are none.
+    """The columns of the CSV file at `path` (`read_columns`), a line per point.
 
     Raises ValueError (not such a file, the same key or the same point twice), OSError.
     """
+    keys, lines = read_columns(path, "a list of points")
+    _check_keys(keys)
+    seen: dict[tuple[Value, ...], int] = {}
+    for number, cells in lines:
+        place = f"{path}, line {number}"
+        values = tuple(_value(place, cell) for cell in cells)
+        if values in seen:
+            raise ValueError(f"{place}: the same point as in line {seen[values]}")
+        seen[values] = number
+    return tuple(Axis(key, column) for key, column in zip(keys, zip(*seen, strict=True), strict=True))
+
+
+def read_columns(path: pathlib.Path, kind: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The names in the header line of the CSV file at `path`, which should be `kind`, and the number and the cells of each line
+    below it. Commas, semicolons or tabs separate; but for commas, numbers may have a decimal comma, which becomes a point. Rows
+    and columns that are empty at the end are none.
+
+    Raises ValueError (not such a file), OSError."""
     try:
-        text = read_bytes(path, LARGEST_POINTS, "a list of points").decode("utf-8-sig")
+        text = read_bytes(path, LARGEST_POINTS, kind).decode("utf-8-sig")
     except ReadError as cause:
         raise ReadError(f"{path}: {cause}") from None
     except UnicodeDecodeError:
@@ -113,8 +130,7 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
     keys, rows = _filled(lines[0][1]) if lines else [], lines[1:]
     if not keys or not rows:
         raise ValueError(f"{path}: needs a header line with keys, for example load.normal_N, and a line for each point")
-    _check_keys(keys)
-    seen: dict[tuple[Value, ...], int] = {}
+    read = []
     for number, cells in rows:
         place, cells = f"{path}, line {number}", _filled(cells, len(keys))
         if not any(cells):
@@ -125,11 +141,8 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
             raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys{hint}")
         if "" in cells:
             raise ValueError(f"{place}: {keys[cells.index('')]} has no value")
-        values = tuple(_value(place, cell if delimiter == "," else _decimal_point(cell)) for cell in cells)
-        if values in seen:
-            raise ValueError(f"{place}: the same point as in line {seen[values]}")
-        seen[values] = number
-    return tuple(Axis(key, column) for key, column in zip(keys, zip(*seen, strict=True), strict=True))
+        read.append((number, cells if delimiter == "," else [_decimal_point(cell) for cell in cells]))
+    return keys, read
 
 
 def _filled(cells: list[str], least: int = 0) -> list[str]:

@@ -29,6 +29,7 @@ from thermoroll_cli.files.result.hdf5 import (
     stamp,
 )
 from thermoroll_cli.plots import style
+from thermoroll_cli.plots.fit_figures import Figure, mark_measured
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.names import (
@@ -41,6 +42,7 @@ from thermoroll_cli.problem.names import (
     unit_of,
 )
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.sweeps.measured import Measured
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
 
@@ -326,11 +328,14 @@ def _flat(values: NDArray[Any]) -> list[Any]:
     return [value.decode() if isinstance(value, bytes) else value for value in values.ravel().tolist()]
 
 
-def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None) -> str:
+def draw_table(
+    table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None,
+    measured: Measured | None = None,
+) -> str:
     """Draw the scalars over the key with most numbers, or over words, a curve for each combination of the
     others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing.
-    Creep forces stand beside those of the theories to `compare` with; `dpi` is the resolution of PNG files. Raises OSError, and
-    ValueError for what cannot be compared."""
+    Creep forces stand beside those of the theories to `compare` with, `measured` points over all; `dpi` is the resolution of
+    PNG files. Raises OSError, and ValueError for what cannot be compared."""
     columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
     varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
     numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
@@ -347,8 +352,20 @@ def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str
         if any(name.endswith(".y_rail_mm") for name in columns):
             style.save(wheelset_sweep_figure(columns, over[0], table.title), path, dpi)
             return ""
-        style.save(sweep_figure(columns, over, title=table.title, compare=compare), path, dpi)
+        figure = sweep_figure(columns, over, title=table.title, compare=compare)
+        if measured is not None:
+            _mark(figure, measured, over[0])
+        style.save(figure, path, dpi)
     return ""
+
+
+def _mark(figure: Figure, measured: Measured, over: str) -> None:
+    """Draw measured points into the diagrams of a sweep over a key. Raises ValueError if they were not measured over it, or if
+    no diagram shows what was."""
+    if over not in measured.varied:
+        raise ValueError(f"{measured.source} has no column {over}, over which the sweep is drawn")
+    if missing := mark_measured(figure, measured.varied[over], measured.values, measured.deviations):
+        raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
 
 
 class SweepTable(list[dict[str, Any]]):

@@ -1,0 +1,184 @@
+"""Values of a case from measurements: exact data, noise, what data do not determine, and bad input through the command."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call as invoke
+from thermoroll_cli import Case, fit, sweep
+from thermoroll_cli.sweeps.measured import Measured
+
+CASE = {
+    "material": {"youngs_modulus_GPa": 205.0, "poisson_ratio": 0.29},
+    "geometry": {"lower_radius_x_mm": 500.0, "lower_radius_y_mm": 63.5, "upper_radius_x_mm": 116.5,
+                 "upper_radius_y_mm": math.inf},
+    "load": {"normal_N": 9400.0, "friction_coefficient": 0.5},
+    "layer": {"compliance_um_GPa": 4.0},
+    "rolling": {"speed_m_s": 0.83, "differential_slip": False},
+    "numerics": {"grid": 16},
+}
+KEYS = ["load.friction_coefficient", "layer.compliance_um_GPa"]
+CREEPAGES = [5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.5e-2]
+
+
+def creep_curve(friction: float, compliance: float, creepages: list[float] = CREEPAGES) -> dict[str, list[float]]:
+    """Computed forces over the load, as if they were measured."""
+    case = CASE | {"load": {"normal_N": 9400.0, "friction_coefficient": friction}, "layer": {"compliance_um_GPa": compliance}}
+    rows = sweep(case, {"creepage.longitudinal": creepages})
+    return {"creepage.longitudinal": creepages, "force_x_over_load": [row["force_x_N"] / 9400.0 for row in rows]}
+
+
+def write(path: Path, columns: dict[str, list[float]], mark: str = ",") -> Path:
+    lines = [mark.join(columns), *(mark.join(map(repr, row)) for row in zip(*columns.values(), strict=True))]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_exact_data_are_met():
+    found = fit(CASE, creep_curve(0.4, 2.0), KEYS)
+    assert found.converged and found.warnings == ()
+    assert [found.parameters[key].value for key in KEYS] == pytest.approx([0.4, 2.0], rel=1e-4)
+    # What is left of the interval is the error of the grid.
+    shares = [found.parameters[key].uncertainty_95 / found.parameters[key].value for key in KEYS]
+    assert 0.0 < shares[0] < 0.05 and 0.0 < shares[1] < 2.0
+
+
+@functools.cache
+def noisy_curve(noise: float) -> dict[str, list[float]]:
+    data = creep_curve(0.4, 2.0)
+    return data | {"force_x_over_load": [v * (1.0 + noise * (-1.0) ** k) for k, v in enumerate(data["force_x_over_load"])]}
+
+
+def in_newton(data: dict[str, list[float]]) -> dict[str, list[float]]:
+    return {"creepage.longitudinal": CREEPAGES, "force_x_N": [9400.0 * v for v in data["force_x_over_load"]]}
+
+
+def test_order_of_points_and_units_of_weights_change_nothing():
+    noisy = noisy_curve(0.02)
+    first = fit(CASE, noisy, KEYS)
+    turned = fit(CASE, {name: column[::-1] for name, column in noisy.items()}, KEYS)
+    weighted = fit(CASE, noisy | {"force_x_over_load_error": [7.0] * len(CREEPAGES)}, KEYS)
+    for other in (turned, weighted, fit(CASE, in_newton(noisy), KEYS)):
+        for key in KEYS:
+            assert other.parameters[key].value == pytest.approx(first.parameters[key].value, rel=1e-3)
+            assert other.parameters[key].uncertainty_95 == pytest.approx(first.parameters[key].uncertainty_95, rel=1e-2)
+
+
+def test_interval_grows_with_the_noise_and_a_repeated_point_counts_twice():
+    widths = [fit(CASE, noisy_curve(noise), KEYS).parameters[KEYS[0]].uncertainty_95 for noise in (0.01, 0.03)]
+    assert widths[1] / widths[0] == pytest.approx(3.0, rel=0.3)
+    doubled = fit(CASE, {name: 2 * column for name, column in noisy_curve(0.03).items()}, KEYS)
+    assert doubled.degrees_of_freedom == 10 and doubled.parameters[KEYS[0]].uncertainty_95 < widths[1]
+
+
+def test_full_sliding_does_not_determine_the_interlayer():
+    found = fit(CASE, creep_curve(0.4, 2.0, [0.05, 0.06, 0.07, 0.08]), KEYS)
+    assert found.parameters[KEYS[0]].value == pytest.approx(0.4, rel=1e-3)
+    assert math.isnan(found.parameters[KEYS[1]].uncertainty_95)
+    assert any(KEYS[1] in warning for warning in found.warnings)
+    assert found.record()["parameters"][KEYS[1]]["uncertainty_95"] is None
+
+
+def test_a_value_at_its_bound_says_so():
+    found = fit(CASE, creep_curve(0.4, 2.0), [f"{KEYS[0]}=0.45:0.6", KEYS[1]])
+    assert found.parameters[KEYS[0]].value == pytest.approx(0.45, rel=2e-3)
+    assert math.isnan(found.parameters[KEYS[0]].uncertainty_95)
+    assert any("at the end of its range" in warning for warning in found.warnings)
+
+
+def test_several_varied_keys_and_scalars_at_once():
+    points = [(1e-3, 0.0), (1e-3, 5e-4), (3e-3, 1e-3), (6e-3, -2e-3)]
+    case = CASE | {"load": {"normal_N": 9400.0, "friction_coefficient": 0.4}}
+    rows = sweep(case, [{"creepage.longitudinal": x, "creepage.lateral": y} for x, y in points])
+    data = {"creepage.longitudinal": [x for x, _ in points], "creepage.lateral": [y for _, y in points],
+            "force_x_N": [row["force_x_N"] for row in rows], "force_y_N": [row["force_y_N"] for row in rows]}
+    found = fit(CASE, data, KEYS)
+    assert [found.parameters[key].value for key in KEYS] == pytest.approx([0.4, 4.0], rel=1e-4)
+    assert found.curve is None and len(found.figure().axes) == 4
+
+
+def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("rig.toml").write_text(Case.from_dict(CASE).to_toml(), encoding="utf-8")
+    data = creep_curve(0.4, 2.0)
+    text = write(tmp_path / "curve.csv", data, ";").read_text().replace(".", ",").replace("creepage,", "creepage.")
+    (tmp_path / "curve.csv").write_text("\ufeff" + text, encoding="utf-8")  # as a spreadsheet writes it
+    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "--free", f"{KEYS[1]}=0.5:50", "-o", "out", "--json")
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert set(record) == {"name", "status", "reason", "parameters", "correlation", "rms", "points", "degrees_of_freedom",
+                           "warnings", "files"}
+    assert record["parameters"][KEYS[1]]["value"] == pytest.approx(2.0, rel=1e-4)
+    assert json.loads(Path("out/rig_fit.json").read_text())["parameters"] == record["parameters"]
+    assert Case.read("out/rig_fit.toml").settings.load.friction_coefficient == pytest.approx(0.4, rel=1e-4)
+    assert Path("out/rig_fit.png").read_bytes().startswith(b"\x89PNG")
+    drawn = invoke("sweep", "out/rig_fit.toml", "--over", "creepage.longitudinal=0.001:0.01:3", "-o", "out", "--scalars-only",
+                   "--measured", "newton.csv")  # fmt: skip
+    assert drawn.returncode == 5 and "newton.csv" in drawn.stderr
+    write(tmp_path / "newton.csv", in_newton(data))
+    drawn = invoke("sweep", "out/rig_fit.toml", "--over", "creepage.longitudinal=0.001:0.01:3", "-o", "out", "--scalars-only",
+                   "--measured", "newton.csv")  # fmt: skip
+    assert drawn.returncode == 0, drawn.stderr
+    assert invoke("plot", "out/sweep.h5", "--measured", "newton.csv").returncode == 0
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("creepage.longitudinal,force_x_N\n1e-3,abc\n", "line 2"),
+    ("creepage.longitudinal,force_x_N\n1e-3,nan\n", "not finite"),
+    ("creepage.longitudinal,force_z_N\n1e-3,1\n", "did you mean"),
+    ("creepage.longitudinal\n1e-3\n", "no column is a measured scalar"),
+    ("creepage.longitudinal,force_x_N,force_x_N_error\n1e-3,1,0\n", "above 0"),
+    ("force_x_N,force_x_N\n1,2\n", "twice"),
+    ("creepage.longitudinal,force_x_N\n1e-3,100\n", "do not determine"),
+    ("creepage.longitudinal,temperature_rise_max_lower_K\n1e-3,5\n2e-3,5\n", "line 2: temperature_rise_max_lower_K"),
+])
+def test_bad_data_name_file_and_line(tmp_path, monkeypatch, text, words):
+    monkeypatch.chdir(tmp_path)
+    Path("rig.toml").write_text(Case.from_dict(CASE).to_toml(), encoding="utf-8")
+    Path("data.csv").write_text(text, encoding="utf-8")
+    done = invoke("fit", "rig.toml", "data.csv", "--free", KEYS[0], "--free", KEYS[1], "-o", "out")
+    message = " ".join(done.stderr.replace("│", " ").split())
+    assert done.returncode == 2 and "data.csv" in message and words in message
+    assert not any(Path("out").glob("*"))
+
+
+@pytest.mark.parametrize(("free", "words"), [
+    ("load.friction", "not a key"), ("numerics.grid", "not a key"), (f"{KEYS[0]}=2:1", "LOW must be below HIGH"),
+    (f"{KEYS[0]}=0.6:0.9", "outside of its range"), ("creepage.lateral", "begins at 0"),
+    ("rolling.speed_m_s=a:b", "KEY=LOW:HIGH"),
+    ("friction.limit_coefficient", "has no value"),
+])
+def test_bad_keys_are_named(free, words):
+    with pytest.raises(ValueError, match=words):
+        fit(CASE, {"creepage.longitudinal": [1e-3], "force_x_N": [100.0]}, [free])
+
+
+def test_points_without_a_steady_state_are_left_out_only_if_asked_for():
+    case = {**CASE, "force": {"longitudinal_N": 100.0}}
+    data = {"force.longitudinal_N": [500.0, 1500.0, 2500.0, 4710.0], "creepage_longitudinal": [1e-4, 5e-4, 1e-3, 2e-2]}
+    with pytest.raises(ValueError, match="data, line 4"):
+        fit(case, data, [KEYS[1]])
+    found = fit(case, data, [KEYS[1]], skip_failed=True)
+    assert len(found.measured) == 3 and "line 4" in found.warnings[0]
+
+
+def test_a_grid_without_an_estimate_gives_no_interval():
+    found = fit(CASE | {"numerics": {"grid": [24, 12]}}, creep_curve(0.4, 2.0), KEYS)
+    assert all(math.isnan(one.uncertainty_95) for one in found.parameters.values())
+    assert any("no intervals" in warning for warning in found.warnings)
+
+
+def test_a_unit_behind_a_name_is_no_part_of_it(tmp_path):
+    (tmp_path / "data.csv").write_text("creepage.longitudinal;force_x_N [N]\n0,001;100\n", encoding="utf-8")
+    assert list(Measured.read(tmp_path / "data.csv").values) == ["force_x_N"]
+
+
+def test_a_column_of_a_mapping_must_be_as_long_as_the_others():
+    with pytest.raises(ValueError, match="differ in length"):
+        Measured.of({"creepage.longitudinal": [1e-3], "force_x_N": np.array([1.0, 2.0])})

@@ -1,0 +1,88 @@
+"""`thermoroll fit`: values of a case from measurements."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.streams import ExitCode
+from thermoroll_cli.cli.tables import align, folded
+from thermoroll_cli.plots import style
+from thermoroll_cli.problem.names import unit_of
+from thermoroll_cli.problem.scalar_errors import with_error
+from thermoroll_cli.sweeps import fit as fitting
+from thermoroll_cli.sweeps.measured import Measured
+
+
+def fit(
+    case: options.OneCase,
+    data: Annotated[
+        Path,
+        typer.Argument(metavar="DATA.csv", help="Measured points: columns of keys that were varied, of scalars that were "
+                       "measured (also force_x_over_load), and NAME_error for standard deviations."),
+    ],
+    free: Annotated[
+        list[str],
+        typer.Option("--free", metavar="KEY[=LOW:HIGH]", help="A key whose value is sought, in its range. It begins at the "
+                     "value in the case. Repeatable."),
+    ],
+    output: options.Output = options.RESULTS,
+    jobs: options.Jobs = 1,
+    skip_failed: Annotated[
+        bool, typer.Option("--skip-failed", help="Leave out measured points that have no steady state in the case.")
+    ] = False,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    no_plots: options.NoPlots = False,
+    formats: options.Formats = None,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Find values of a case from measurements: least squares, with 95 % intervals.
+
+    Writes DIR/NAME_fit.toml (the case with the values found), DIR/NAME_fit.json and DIR/NAME_fit.png. A value that the data
+    do not determine is named in a warning and has no interval. The exit code is 4 if the fit does not converge.
+    """
+    with options.recorded(case, as_json):
+        read = options.read_case(case, options.parse_overrides(settings))
+        with options.solvable(read, str(case)):
+            _ = read.task
+    with options.usage("DATA.csv"):
+        measured = Measured.read(data)
+    with options.usage("--free"):
+        for text in free:
+            fitting.Free.parse(text, read)
+    options.check_writable(output)
+
+    def report(count: int) -> None:
+        if verbose and not quiet:
+            streams.note(f"thermoroll: {read.name}: {count} cases solved")
+
+    with options.recorded(case, as_json), options.usage("DATA.csv"):
+        found = fitting.fit(read, measured, free, jobs=jobs, skip_failed=skip_failed, report=report)
+    files = found.save(output, read.name)
+    if read.plots and not no_plots:
+        targets = [output / f"{read.name}_fit.{ending}" for ending in options.image_formats(formats)]
+        files += [style.save(found.figure(), target) for target in targets]
+    if as_json:
+        streams.write_json({"name": read.name, **found.record(), "files": files})
+    elif not quiet:
+        streams.write(*_report(read.name, found), f"  wrote {', '.join(map(str, files))}")
+    if not found.converged:
+        streams.note(f"thermoroll: {read.name}: the fit did not converge: {found.reason}")
+    raise typer.Exit(ExitCode.FINE if found.converged else ExitCode.NOT_CONVERGED)
+
+
+def _report(name: str, found: fitting.Fit) -> list[str]:
+    width = streams.width()
+    state = "converged" if found.converged else "NOT CONVERGED"
+    values = [(key, with_error(one.value, one.uncertainty_95) if math.isfinite(one.uncertainty_95) else
+               f"{one.value:.4g} (not determined)", unit_of(key)) for key, one in found.parameters.items()]
+    left = [(f"rms of {scalar}", f"{value:.4g}", unit_of(scalar)) for scalar, value in found.rms.items()]
+    return [f"{name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
+            *align([("value", "± 95 %", ""), *values, *left]),
+            *streams.in_colour([line for text in found.warnings for line in folded(f"warning: {text}", width)], streams.YELLOW)]

@@ -1,0 +1,80 @@
+"""Measured points with their bars, the curve fitted to them with its band, and what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.interpolate import PchipInterpolator
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.plots import style
+from thermoroll_cli.plots.sweep_figures import words_of
+from thermoroll_cli.problem.names import ALL_SCALARS
+
+HEIGHT = 90.0 * style.MM
+SMOOTH = 200
+"""Places at which a curve is drawn: cubics between the measured ones keep what rises rising."""
+POINTS: dict[str, Any] = {"fmt": "o", "color": "black", "markersize": 3.0, "elinewidth": 0.7, "capsize": 1.5, "zorder": 3}
+"""Look of measured points."""
+
+
+def fit_figure(
+    title: str, places: Array, over: str, measured: Mapping[str, Array], deviations: Mapping[str, Array],
+    computed: Mapping[str, Array], curve: tuple[Array, Mapping[str, Array], Mapping[str, Array]] | None,
+    found: Sequence[str], *, converged: bool = True,
+) -> Figure:
+    """For each scalar `measured` (points,) the points at `places`, values of the key `over` ("": their numbers), with their
+    standard `deviations`, the values `computed` there, and the `curve` (places, values, half of the 95 % band); below, what is
+    measured less what is computed. The legend says what was `found`."""
+    with style.applied():
+        count = len(measured)
+        figure = style.new_figure((style.SINGLE, style.DOUBLE)[count > 1], HEIGHT)
+        grid = figure.subplots(2, count, sharex="col", squeeze=False, height_ratios=(3.0, 1.0))
+        for column, (name, values) in enumerate(measured.items()):
+            above, below = grid[:, column]
+            bars = deviations.get(name)
+            above.errorbar(places, values, bars, label="measured", **POINTS)
+            if curve is None:
+                above.plot(places, computed[name], "x", color=style.AFTER, label="computed")
+            else:
+                at = np.linspace(curve[0][0], curve[0][-1], SMOOTH)
+                line, half = (PchipInterpolator(curve[0], part[name])(at) for part in curve[1:])
+                above.plot(at, line, color=style.AFTER, label="; ".join(found))
+                above.fill_between(at, line - half, line + half, color=style.AFTER, alpha=0.3, linewidth=0.0,
+                                   label="95 % band of the curve")
+            below.errorbar(places, values - computed[name], bars, **POINTS)
+            below.axhline(0.0, color=style.AFTER)
+            above.set_ylabel(_words(name))
+            below.set_ylabel("measured −\ncomputed")
+            below.set_xlabel(words_of(over) if over else "number of the point")
+            for axes in (above, below):
+                axes.grid(visible=True)
+            style.few_ticks(below, 5, 3)
+        style.add_headline(figure, title, converged)
+        style.add_legend(figure, grid[0, 0].get_legend_handles_labels()[0])
+        return figure
+
+
+def _words(name: str) -> str:
+    """The words beside an axis for a scalar, or for a force over the load."""
+    if name not in ALL_SCALARS:
+        return f"${{F_{name.split('_')[1]}}}/W$"
+    return ALL_SCALARS[name].diagram or f"{ALL_SCALARS[name].meaning} ({ALL_SCALARS[name].unit})"
+
+
+def mark_measured(figure: Figure, x: Array, values: Mapping[str, Array], deviations: Mapping[str, Array]) -> list[str]:
+    """Draw measured points over the diagrams of a sweep that have their scalar; returns the scalars without a diagram."""
+    missing = []
+    for name, column in values.items():
+        label = ALL_SCALARS[name].diagram if name in ALL_SCALARS else ""
+        axes = next((axes for axes in figure.axes if label and axes.get_ylabel() == label), None)
+        if axes is None:
+            missing.append(name)
+            continue
+        axes.errorbar(x, column, deviations.get(name), **POINTS)
+        low, high = axes.get_ylim()
+        axes.set_ylim(min(low, float(np.min(column))), max(high, 1.02 * float(np.max(column))))
+    return missing

@@ -1,0 +1,129 @@
+"""Measured values: a table whose columns are what was varied (keys of a case) and what was measured (scalars)."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import pathlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.files.case_schema import entry_at
+from thermoroll_cli.files.case_source import key_path
+from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.sweeps.points import read_columns
+
+OVER_LOAD = {"force_x_over_load": "force_x_N", "force_y_over_load": "force_y_N"}
+"""Creep forces over the load, as rigs report them: column of the data → scalar in N."""
+_UNIT = re.compile(r"\s*[\[(][^\])]*[\])]$")
+"""A unit in brackets behind a name: names have their units already."""
+ERROR = "_error"
+"""How the columns with standard deviations end."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Measured points.
+
+    - `source`: the name of the file, for messages; `lines`: the number of each point in it;
+    - `varied`: values by key of the case, (points,) in the units of the keys;
+    - `values`: values by scalar, (points,) in the units of the scalars;
+    - `deviations`: their standard deviations, likewise, of scalars that have them."""
+
+    source: str
+    lines: tuple[int, ...]
+    varied: Mapping[str, Array]
+    values: Mapping[str, Array]
+    deviations: Mapping[str, Array]
+
+    @classmethod
+    def of(cls, data: Measured | Mapping[str, Sequence[float]] | str | os.PathLike[str]) -> Measured:
+        """The points of a file (`read`), or of a mapping or data frame with the same columns. Raises as `read` does."""
+        if isinstance(data, Measured):
+            return data
+        if isinstance(data, str | os.PathLike):
+            return cls.read(pathlib.Path(data))
+        columns = {str(name): [float(value) for value in column] for name, column in data.items()}
+        if len({len(column) for column in columns.values()}) != 1:
+            raise ValueError("the columns of the data differ in length")
+        count = len(next(iter(columns.values())))
+        return cls._sorted("data", tuple(range(1, count + 1)), columns)
+
+    @classmethod
+    def read(cls, path: pathlib.Path) -> Measured:
+        """The points in a CSV file: a header line with names of keys, of scalars, and NAME_error for their standard deviations,
+        each also with a unit in brackets behind it; separators and decimal commas as of `--points`.
+
+        Raises ValueError, with file and line: an unknown or a repeated column, no measured one, text, nan, a deviation that is
+        not positive; OSError."""
+        names, lines = read_columns(path, "a table of measured values")
+        names = [_UNIT.sub("", name) for name in names]
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            raise ValueError(f"{path}: the column {twice} stands there twice")
+        columns: dict[str, list[float]] = {name: [] for name in names}
+        for number, cells in lines:
+            for name, cell in zip(names, cells, strict=True):
+                try:
+                    columns[name].append(float(cell))
+                except ValueError:
+                    raise ValueError(f'{path}, line {number}: {name} is "{cell}", not a number') from None
+        return cls._sorted(str(path), tuple(number for number, _ in lines), columns)
+
+    @classmethod
+    def _sorted(cls, source: str, lines: tuple[int, ...], columns: Mapping[str, Sequence[float]]) -> Measured:
+        varied, values, deviations = {}, {}, {}
+        for name, column in columns.items():
+            array = np.array(column, dtype=float)
+            if not np.isfinite(array).all():
+                raise ValueError(f"{source}, line {lines[int(np.argmin(np.isfinite(array)))]}: {name} is not finite")
+            scalar = name.removesuffix(ERROR)
+            if name in ALL_SCALARS or name in OVER_LOAD:
+                values[name] = array
+            elif scalar != name and (scalar in ALL_SCALARS or scalar in OVER_LOAD):
+                if not (array > 0.0).all():
+                    raise ValueError(f"{source}, line {lines[int(np.argmin(array > 0.0))]}: {name} must be above 0")
+                deviations[scalar] = array
+            elif "minimum" in entry_at(key_path(name)):
+                varied[name] = array
+            else:
+                near = difflib.get_close_matches(name, [*ALL_SCALARS, *OVER_LOAD], n=1)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                raise ValueError(f"{source}: the column {name} is neither a key of a case that takes a number, nor a scalar, "
+                                 f"nor a scalar with {ERROR}{hint}")
+        if not values:
+            raise ValueError(f"{source}: no column is a measured scalar, for example force_x_N or force_x_over_load")
+        if alone := next((name for name in deviations if name not in values), None):
+            raise ValueError(f"{source}: {alone}{ERROR} stands there without {alone}")
+        return cls(source, lines, varied, values, deviations)
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def place(self, number: int) -> str:
+        """Where the point `number` (from 0) stands."""
+        return f"{self.source}, line {self.lines[number]}"
+
+    def only(self, kept: Sequence[int]) -> Measured:
+        """The points with these numbers."""
+        chosen = [{name: column[list(kept)] for name, column in part.items()}
+                  for part in (self.varied, self.values, self.deviations)]
+        return Measured(self.source, tuple(self.lines[number] for number in kept), *chosen)
+
+    def scale(self, name: str) -> Array:
+        """What a difference in a scalar counts against: its standard deviations, else its largest value, (points,)."""
+        if name in self.deviations:
+            return self.deviations[name]
+        largest = float(np.abs(self.values[name]).max())
+        return np.full(len(self), largest if largest > 0.0 else 1.0)
+
+
+def scalar_in(name: str, summary: Mapping[str, float], load: float) -> float:
+    """A measured scalar in the summary of a result under the `load` (N); nan if it was not computed."""
+    value = summary.get(OVER_LOAD.get(name, name))
+    number = math.nan if value is None else float(value)
+    return number / load if name in OVER_LOAD else number
