@@ -350,7 +350,7 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
     for body in bodies:
         given = getattr(wear, body).specific_wear_rate_mm3_Nm
         yield from _wear_regimes(("wear", body, "specific_wear_rate_mm3_Nm"), given if isinstance(given, list) else [])
-    if wear.positions is not None and sections.get("wheelset") is None:
+    if wear.positions is not None and sections.get("wheelset", wear) is None:
         yield Conflict(("wear", "positions"), "are those of a wheelset", "[wheelset] and [track]", at_key=True)
     for number, (weight, keys) in enumerate(wear.positions or (), 1):
         if isinstance(weight, dict) or not isinstance(keys, dict):
