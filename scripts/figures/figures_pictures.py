@@ -5,10 +5,12 @@ from __future__ import annotations
 import pathlib
 from typing import Any
 
+import numpy as np
 from matplotlib.colors import Normalize
 
 from scripts.figures.figures_drawing import (
     MAIN,
+    ROOT,
     Numbers,
     Panel,
     field_of,
@@ -19,6 +21,8 @@ from scripts.figures.figures_drawing import (
     view_of,
     write,
 )
+from thermoroll_cli import Case, Solver
+from thermoroll_cli.plots.animation import draw_animation
 from thermoroll_cli.plots.maps import draw_arrows, draw_map
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.plots.style import add_axes, few_ticks
@@ -96,4 +100,14 @@ def examples(folder: pathlib.Path, grid: int) -> Numbers:
     return numbers
 
 
-FIGURES = {"overview": overview, "surfaces": pictures, "examples": examples}
+def creep_animation(folder: Folder, grid: int) -> Numbers:
+    """The stick border that retreats along the creep curve while the temperature rises."""
+    case = Case.read(ROOT / "cases" / "article_4_1.toml").with_values({"numerics.grid": grid})
+    creepages = [float(creepage) for creepage in np.linspace(5e-4, 6e-3, 16)]
+    solver = Solver()
+    results = [solver.solve(case.with_values({"creepage.longitudinal": creepage})) for creepage in creepages]
+    draw_animation(folder / "creep.gif", results, "creepage.longitudinal", creepages)
+    return {"creepage": [creepages[0], creepages[-1]]}
+
+
+FIGURES = {"overview": overview, "creep_animation": creep_animation, "surfaces": pictures, "examples": examples}

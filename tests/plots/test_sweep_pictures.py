@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from PIL import Image
 from pydantic import BaseModel
 
+from tests.support.command_line import THERMAL, call
 from thermoroll_cli.exact.kalker import creepage_coefficients, linear_creep_forces
 from thermoroll_cli.files.case_model import Settings
 from thermoroll_cli.plots import style as plot_style
@@ -306,3 +308,25 @@ def test_case_keys_become_words() -> None:
     assert words_of("load.normal_N") == "normal load (N)"
     assert words_of("load.friction_coefficient") == "friction coefficient"
     assert words_of("force.lateral_N") == "lateral force (N)"
+
+
+def test_an_animation_has_a_frame_for_each_point(tmp_path: pathlib.Path) -> None:
+    """In the order of the values, whatever that of the points, and only for what can move."""
+    (tmp_path / "a.toml").write_text(THERMAL, encoding="utf-8")
+    swept = ("sweep", "a.toml", "--no-plots", "-q", "--set", "numerics.grid=16")
+    assert call(*swept, "--over", "creepage.longitudinal=0.003,0.0005,0.001", "-o", "s", cwd=tmp_path).returncode == 0
+    done = call("plot", "s/sweep.csv", "--animate", "creepage.longitudinal", cwd=tmp_path)
+    assert (done.returncode, pathlib.Path(done.stdout.strip())) == (0, pathlib.Path("s/sweep.gif"))
+    with Image.open(tmp_path / "s" / "sweep.gif") as image:
+        assert image.n_frames == 3 and image.size == (590, 259)
+        frames = [np.asarray((image.seek(number), image.convert("RGB"))[1], dtype=int) for number in range(3)]
+    assert all(np.abs(one - other).any() for one, other in itertools.combinations(frames, 2))
+    wrong = call("plot", "s/sweep.csv", "--animate", "load.normal_N", cwd=tmp_path)
+    assert wrong.returncode == 2 and "was not swept" in wrong.stderr
+    assert call("plot", "s/a_0001.h5", "--animate", "load.normal_N", cwd=tmp_path).returncode == 2
+    (tmp_path / "s" / "a_0002.h5").unlink()
+    assert call("plot", "s/sweep.csv", "--animate", "creepage.longitudinal", cwd=tmp_path).returncode == 5
+    assert call(*swept, "--over", "creepage.longitudinal=0.001,0.002", "--scalars-only", "-o", "t",
+                cwd=tmp_path).returncode == 0  # fmt: skip
+    wrong = call("plot", "t/sweep.h5", "--animate", "creepage.longitudinal", cwd=tmp_path)
+    assert wrong.returncode == 2 and "scalars-only" in wrong.stderr

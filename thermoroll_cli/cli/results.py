@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,6 +17,9 @@ from thermoroll_cli.files.result.compare import Comparison, Pair, compare_result
 from thermoroll_cli.files.result.export import EXPORTS, export_history
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.result import Result
+
+if TYPE_CHECKING:
+    from thermoroll_cli.sweeps.table import SweepColumns
 
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
@@ -45,6 +48,9 @@ def plot(
     cut_y: Annotated[float | None, typer.Option("--cut-y", metavar="MM", help="Curves along x at this y.")] = None,
     theories: options.Compare = "",
     data: options.Data = None,
+    animate: Annotated[
+        str, typer.Option("--animate", metavar="KEY", help="A sweep as a GIF, with a frame for each value of this key.")
+    ] = "",
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -66,7 +72,11 @@ def plot(
         options.check_writable(output)
     for path, stem, result in zip(results, stems, stored, strict=True):
         try:
-            if isinstance(result, Result):
+            if animate:
+                if isinstance(result, Result):
+                    raise ValueError("a single result does not move: --animate takes sweep.csv")
+                written, names = [_animated(path, stem, result, animate)], []
+            elif isinstance(result, Result):
                 written = draw(result, stem, kinds=options.words(fields), formats=endings, dpi=dpi,
                                normalised=normalised, cut_y=None if cut_y is None else cut_y / 1e3)  # fmt: skip
                 names = [f"{stem.name}_{kind}" for kind in kinds_of(result)]
@@ -82,6 +92,24 @@ def plot(
             # Those of other formats may show this very result.
             stale = (stem.with_name(f"{name}.{ending}") for name in names for ending in endings)
             options.report_stale(stale if not fields else (), written)
+
+
+def _animated(path: Path, stem: Path, table: SweepColumns, key: str) -> Path:
+    """The animation of a sweep. Raises ValueError where it has not what that needs."""
+    from thermoroll_cli.plots.animation import draw_animation
+
+    if key not in table.keys:
+        raise ValueError(f"{key} was not swept, but {', '.join(table.keys)}")
+    columns = table.columns
+    if others := [other for other in table.keys if other != key and len(set(columns[other])) > 1]:
+        raise ValueError(f"an animation follows one key, but {', '.join(others)} varies, too")
+    shown = [row for row, status in enumerate(columns["status"]) if status == "converged"]
+    files = [path.with_name(str(columns["file"][row])) for row in shown if "file" in columns and columns["file"][row]]
+    if len(shown) < 2 or len(files) < len(shown):
+        raise ValueError("an animation needs two points that converged and their result files, beside sweep.csv "
+                         "(not with --scalars-only)")
+    return draw_animation(stem.with_suffix(".gif"), [read_result(file) for file in files], key,
+                          [columns[key][row] for row in shown])
 
 
 def compare(

@@ -1,0 +1,101 @@
+"""A sweep as an animation: tractions and stick border of one point after the other, beside the curves of the sweep."""
+
+from __future__ import annotations
+
+import io
+import math
+import pathlib
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
+
+from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.atomic import write_bytes
+from thermoroll_cli.plots import style
+from thermoroll_cli.plots.sweep_figures import words_of
+from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.result import Result
+
+WIDTH, HEIGHT = 150.0 * style.MM, 66.0 * style.MM
+DPI = 100
+COLOURS = 96
+"""Colours of a GIF, which has at most 256: fewer make it small."""
+SHOWN, LAST = 160, 1200
+"""Milliseconds for which a frame and the last one are shown."""
+STICK = 1
+"""Value of the field `state` where the surfaces stick."""
+
+
+def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, values: Sequence[float]) -> pathlib.Path:
+    """Write a GIF with a frame for each of the `results`, in the order of the `values` of the swept `key`.
+
+    All frames have the same axes and colours. Raises ValueError for what has no tractions to show, OSError."""
+    if any("shear_x" not in result.fields for result in results):
+        raise ValueError("an animation shows tractions of one contact, which these points have not")
+    order = np.argsort(values, kind="stable")
+    with style.applied():
+        images = [_frame(results, np.asarray(values, dtype=float), int(current), order, key) for current in order]
+    # One palette for all, of the frame with most colours: else each frame brings its own, and colours flicker.
+    palette = max(images, key=lambda image: len(image.getcolors(1 << 20) or ())).quantize(COLOURS)
+    frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    content = io.BytesIO()
+    frames[0].save(content, "GIF", save_all=True, append_images=frames[1:], loop=0, optimize=True,
+                   duration=[SHOWN] * (len(frames) - 1) + [LAST])  # fmt: skip
+    write_bytes(path, content.getbuffer())
+    return path
+
+
+def _frame(results: Sequence[Result], values: Array, current: int, order: AnyArray, key: str) -> Image.Image:
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
+    contact = style.add_axes(figure, 0.55, 0.45, 2.1, 1.9)
+    forces = style.add_axes(figure, 3.45, 0.45, 1.75, 1.9)
+    result = results[current]
+    largest = max(float(_shear(each).max()) for each in results)
+    contact.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis")
+    state = result.fields["state"]
+    for inside, colour in ((state > 0, "white"), (state == STICK, style.AFTER)):
+        if inside.any() and not inside.all():
+            contact.contour(1e3 * result.x, 1e3 * result.y, inside.T.astype(float), [0.5], colors=colour, linewidths=1.2)
+    sides = np.array([_extent(each) for each in results])
+    contact.set(xlim=(sides[:, 0].min(), sides[:, 1].max()), ylim=(sides[:, 2].min(), sides[:, 3].max()), aspect="equal",
+                xlabel="x (mm), material flow →", ylabel="y (mm)", facecolor="0.2")  # fmt: skip
+    style.few_ticks(contact, 4, 4)
+    contact.set_title("shear traction; orange: stick border")
+    shown, force = values[order], np.array([
+        math.hypot(each.numbers["force_x_N"], each.numbers["force_y_N"]) for each in results])
+    _curve(forces, shown, force[order], values[current], force[current], style.BEFORE)
+    forces.set(xlabel=words_of(key), ylabel="creep force (N)")
+    rise = np.array([max(each.numbers.get(f"temperature_rise_max_{body}_K", np.nan) for body in BODIES) for each in results])
+    if np.isfinite(rise).all():
+        right = forces.twinx()
+        _curve(right, shown, rise[order], values[current], rise[current], style.AFTER)
+        right.set_ylabel("temperature rise (K)", color=style.AFTER)
+        forces.yaxis.label.set_color(style.BEFORE)
+    style.few_ticks(forces, 3, 5)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
+
+def _shear(result: Result) -> AnyArray:
+    return np.hypot(result.fields["shear_x"], result.fields["shear_y"])
+
+
+def _extent(result: Result) -> tuple[float, float, float, float]:
+    """Sides of the domain in mm."""
+    (left, right), (low, high) = (
+        (1.5 * at[0] - 0.5 * at[1], 1.5 * at[-1] - 0.5 * at[-2]) for at in (1e3 * result.x, 1e3 * result.y))
+    return float(left), float(right), float(low), float(high)
+
+
+def _curve(axes: Axes, x: AnyArray, y: AnyArray, at: float, height: float, colour: str) -> None:
+    """The whole curve, thin, and what of it the current point has reached."""
+    reached = x <= at
+    axes.plot(x, y, color=colour, linewidth=0.6, alpha=0.5)
+    axes.plot(x[reached], y[reached], color=colour)
+    axes.plot([at], [height], "o", color=colour)
+    axes.set_ylim(0.0, 1.06 * float(y.max()) or 1.0)
