@@ -89,11 +89,23 @@ def test_make_explains_a_missing_python(tmp_path: Path) -> None:
 
 def test_version_and_licence() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert project["license"] == "BSD-3-Clause"
+    assert project["license"] == "BSD-3-Clause AND Apache-2.0"
+    texts = [(ROOT / name).read_text(encoding="utf-8") for name in project["license-files"]]
+    assert any("BSD 3-Clause" in text for text in texts) and any("Apache License" in text for text in texts)
+    for profile in ("MBench_S1002_v3.prw", "MBench_UIC60_v3.prr"):
+        assert (ROOT / "cases" / profile).exists() and profile in (ROOT / "NOTICE.md").read_text()
     assert "BSD 3-Clause" in (ROOT / "LICENSE").read_text()
     assert "GPL" in README and "FFTW" in (ROOT / "NOTICE.md").read_text()
     assert f"## {thermoroll_cli.__version__}" in (ROOT / "CHANGELOG.md").read_text()
     assert all(">=" in requirement for requirement in project["dependencies"])
+
+
+def test_the_conda_recipe_needs_what_the_package_needs() -> None:
+    recipe = (ROOT / "packaging" / "meta.yaml").read_text(encoding="utf-8")
+    assert f'set version = "{thermoroll_cli.__version__}"' in recipe and f"license: {PROJECT['license']}\n" in recipe
+    run = re.findall(r"(?m)^    - ([\w-]+) (>=[\d.]+)$", recipe)
+    needed = {tuple(re.fullmatch(r"([\w-]+)(>=[\d.]+)", text).groups()) for text in PROJECT["dependencies"]}  # type: ignore[union-attr]
+    assert {(name.removesuffix("-base"), version) for name, version in run} == needed | {("python", PROJECT["requires-python"])}
 
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -111,7 +123,7 @@ def test_metadata_is_complete() -> None:
     assert {"authors", "maintainers", "keywords", "classifiers", "license", "requires-python"} <= set(PROJECT)
     assert "Typing :: Typed" in PROJECT["classifiers"] and (ROOT / "thermoroll_cli" / "py.typed").exists()
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    assert f"version: {thermoroll_cli.__version__}\n" in citation and f"license: {PROJECT['license']}\n" in citation
+    assert f"version: {thermoroll_cli.__version__}\n" in citation and "license: BSD-3-Clause\n" in citation
 
 
 def test_the_source_distribution_has_everything(tmp_path: Path) -> None:
