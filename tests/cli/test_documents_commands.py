@@ -101,6 +101,10 @@ def test_readme_and_recipes(place: Path) -> None:
     recipes, commands = (smaller(block) for block in blocks("scripting", "sh"))
     assert minute.splitlines()[0] in commands and smaller(minute.splitlines()[1].split("#")[0]) in commands
     run(commands, place)
+    (lines,) = blocks("README", "python")
+    assert len([line for line in lines.splitlines() if line]) <= 5
+    python(lines, place)
+    assert (place / "traction.png").exists() and (place / "results" / "my_case_report.html").exists()
     for name in ("results/my_case.h5", "results/my_case_pressure.png", "results/my_case_pressure.svg", "results/my_case.xdmf",
                  "heavier/my_case.h5", "worn/twin_disc_wear_wear.csv", "again/my_case.h5"):
         assert (place / name).exists(), name
