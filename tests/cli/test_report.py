@@ -145,6 +145,19 @@ def test_conicity(tmp_path: Path) -> None:
     assert page.text.index("Warning. the contact of the left wheel") < page.text.index("Pictures")
 
 
+def test_fits_and_wear(tmp_path: Path) -> None:
+    case(MECHANICAL, tmp_path)
+    (tmp_path / "d.csv").write_text("creepage.longitudinal,force_x_N\n0.001,8\n0.003,15\n0.02,18\n", encoding="utf-8")
+    done = call("fit", "a.toml", "d.csv", "--free", "load.friction_coefficient=0.1:0.6", "--set", "numerics.grid=16",
+                "--report", "--no-plots", "-q", "-o", ".", cwd=tmp_path)  # fmt: skip
+    text = read(tmp_path / "a_fit_report.html").text
+    assert done.returncode == 0 and re.search(r"load.friction_coefficient 0\.\d+ ± 0\.\d+", text) and "95 % interval" in text
+    worn = Path(__file__).parents[2] / "cases" / "twin_disc_wear.toml"
+    assert call("wear", worn, "--set", "numerics.grid=16", "--set", "wear.depth_um=1", "--no-plots", "--report", "-q", "-o",
+                tmp_path).returncode == 0  # fmt: skip
+    assert re.search(r"largest worn depth, lower body \d", read(tmp_path / "twin_disc_wear_wear_report.html").text)
+
+
 def test_usage(folder: Path, tmp_path: Path) -> None:
     assert "solve it with" in call("report", folder / "a.toml").stderr
     done = call("report", folder / "a.h5", "-o", tmp_path / "a.pdf")

@@ -39,6 +39,7 @@ def fit(
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
     formats: options.Formats = None,
+    written_report: options.Report = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -68,6 +69,18 @@ def fit(
     if read.plots and not no_plots:
         targets = [output / f"{read.name}_fit.{ending}" for ending in options.image_formats(formats)]
         files += [style.save(found.figure(), target) for target in targets]
+    if written_report:
+        from thermoroll_cli.cli import report as page
+
+        section = page.Section(
+            read.settings.title or read.name,
+            [f"A fit of {', '.join(found.parameters)} to {len(found.measured)} measured points."],
+            "" if found.converged else found.reason, found.warnings,
+            [page.Table(_values(found), ("", "value ± 95 %", "unit"), values=(1, 2))],
+            page.pictures_of(lambda folder, kinds: [style.save(found.figure(), folder / f"fit.{kind}") for kind in kinds]),
+            read.text, page.METHOD + " The values are those of least squares; the number behind ± is their 95 % interval.",
+            estimated=False)  # fmt: skip
+        files.append(page.write(output / f"{read.name}_fit_report.html", [section]))
     if as_json:
         streams.write_json({"name": read.name, **found.record(), "files": files})
     elif not quiet:
@@ -77,12 +90,16 @@ def fit(
     raise typer.Exit(ExitCode.FINE if found.converged else ExitCode.NOT_CONVERGED)
 
 
+def _values(found: fitting.Fit) -> list[tuple[str, str, str]]:
+    """Key, value with its interval, and unit of each value; then what is left of each scalar."""
+    values = [(key, with_error(one.value, one.uncertainty_95) if math.isfinite(one.uncertainty_95) else
+               f"{one.value:.4g} (not determined)", unit_of(key)) for key, one in found.parameters.items()]
+    return values + [(f"rms of {scalar}", f"{value:.4g}", unit_of(scalar)) for scalar, value in found.rms.items()]
+
+
 def _report(name: str, found: fitting.Fit) -> list[str]:
     width = streams.width()
     state = "converged" if found.converged else "NOT CONVERGED"
-    values = [(key, with_error(one.value, one.uncertainty_95) if math.isfinite(one.uncertainty_95) else
-               f"{one.value:.4g} (not determined)", unit_of(key)) for key, one in found.parameters.items()]
-    left = [(f"rms of {scalar}", f"{value:.4g}", unit_of(scalar)) for scalar, value in found.rms.items()]
     return [f"{name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
-            *align([("value", "± 95 %", ""), *values, *left]),
+            *align([("value", "± 95 %", ""), *_values(found)]),
             *streams.in_colour([line for text in found.warnings for line in folded(f"warning: {text}", width)], streams.YELLOW)]
