@@ -199,7 +199,7 @@ def numbers(part: Any) -> Iterator[float]:
             yield value
 
 
-@pytest.mark.parametrize("name", [path.name for path in sorted(CASES.glob("*.toml")) if path.stem != "manchester"])
+@pytest.mark.parametrize("name", [path.name for path in sorted(CASES.glob("*.toml")) if "\n[wheelset]" not in path.read_text()])
 def test_show_has_case_keys_with_the_si_values_that_are_solved(name: str) -> None:
     case = Case.read(CASES / name)
     solved = {*numbers(case.problem), *(case.problem.numerics.grid or ())}

@@ -67,7 +67,8 @@ def test_order_of_points_and_units_of_weights_change_nothing():
     for other in (turned, weighted, fit(CASE, in_newton(noisy), KEYS)):
         for key in KEYS:
             assert other.parameters[key].value == pytest.approx(first.parameters[key].value, rel=1e-3)
-            assert other.parameters[key].uncertainty_95 == pytest.approx(first.parameters[key].uncertainty_95, rel=1e-2)
+            width = first.parameters[key].uncertainty_95
+            assert other.parameters[key].uncertainty_95 == pytest.approx(width, rel=1e-2, nan_ok=True)
 
 
 def test_interval_grows_with_the_noise_and_a_repeated_point_counts_twice():

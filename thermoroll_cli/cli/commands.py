@@ -18,7 +18,7 @@ COMMANDS = {
     "sweep": ("sweep_command", "Solve a case for many values of some of its keys."),
     "fit": ("fit", "Find values of a case from measurements."),
     "wear": ("wear", "Follow the profiles of both bodies as they wear."),
-    "conicity": ("conicity", "Equivalent conicity of a wheelset on its track."),
+    "conicity": ("conicity", "Equivalent conicity after EN 15302 of the wheelset of a case."),
     "show": ("show", "Show what a case means and what would run."),
     "validate": ("cases", "Check cases and report all their errors."),
     "init": ("cases", "Write a case with comments, to be edited."),
