@@ -1,4 +1,4 @@
-"""Bodies that relax: contacts against exact and independent solutions, limits, invariances, power, and case files."""
+"""Bodies that relax: contacts against exact solutions and a prototype, limits, invariances, power, and case files."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def scalars(problem: Problem) -> dict[str, float]:
 
 @pytest.mark.parametrize("case", reference("relaxing_spheres")["cases"],
                          ids=lambda case: str(case["input"]["retardation_length_over_a"]))
-def test_spheres_of_an_independent_program(case: dict) -> None:
+def test_spheres_of_a_prototype(case: dict) -> None:
     given, expected = case["input"], case["result"]
     a, radius, load = given["relaxed_hertz_radius_mm"] * 1e-3, given["radius_combined_mm"] * 1e-3, given["normal_N"]
     shear, friction = given["glassy_shear_modulus_MPa"] * 1e6, given["friction"]
