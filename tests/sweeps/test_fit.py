@@ -12,6 +12,7 @@ import pytest
 
 from tests.support.command_line import call as invoke
 from thermoroll_cli import Case, fit, sweep
+from thermoroll_cli.sweeps.fit import Fit, Parameter
 from thermoroll_cli.sweeps.measured import Measured
 
 CASE = {
@@ -40,8 +41,13 @@ def write(path: Path, columns: dict[str, list[float]], mark: str = ",") -> Path:
     return path
 
 
+@functools.cache
+def exact() -> Fit:
+    return fit(CASE, creep_curve(0.4, 2.0), KEYS)
+
+
 def test_exact_data_are_met():
-    found = fit(CASE, creep_curve(0.4, 2.0), KEYS)
+    found = exact()
     assert found.converged and found.warnings == ()
     assert [found.parameters[key].value for key in KEYS] == pytest.approx([0.4, 2.0], rel=1e-4)
     # What is left of the interval is the error of the grid.
@@ -59,23 +65,25 @@ def in_newton(data: dict[str, list[float]]) -> dict[str, list[float]]:
     return {"creepage.longitudinal": CREEPAGES, "force_x_N": [9400.0 * v for v in data["force_x_over_load"]]}
 
 
+@functools.cache
+def fitted(noise: float) -> dict[str, Parameter]:
+    return fit(CASE, noisy_curve(noise), KEYS).parameters
+
+
 def test_order_of_points_and_units_of_weights_change_nothing():
-    noisy = noisy_curve(0.02)
-    first = fit(CASE, noisy, KEYS)
-    turned = fit(CASE, {name: column[::-1] for name, column in noisy.items()}, KEYS)
-    weighted = fit(CASE, noisy | {"force_x_over_load_error": [7.0] * len(CREEPAGES)}, KEYS)
-    for other in (turned, weighted, fit(CASE, in_newton(noisy), KEYS)):
-        for key in KEYS:
-            assert other.parameters[key].value == pytest.approx(first.parameters[key].value, rel=1e-3)
-            width = first.parameters[key].uncertainty_95
-            assert other.parameters[key].uncertainty_95 == pytest.approx(width, rel=1e-2, nan_ok=True)
+    turned = {name: column[::-1] for name, column in in_newton(noisy_curve(0.01)).items()}
+    for data in (turned, noisy_curve(0.01) | {"force_x_over_load_error": [7.0] * len(CREEPAGES)}):
+        other = fit(CASE, data, KEYS).parameters
+        for key, first in fitted(0.01).items():
+            assert other[key].value == pytest.approx(first.value, rel=1e-3)
+            assert other[key].uncertainty_95 == pytest.approx(first.uncertainty_95, rel=1e-2, nan_ok=True)
 
 
 def test_interval_grows_with_the_noise_and_a_repeated_point_counts_twice():
-    widths = [fit(CASE, noisy_curve(noise), KEYS).parameters[KEYS[0]].uncertainty_95 for noise in (0.01, 0.03)]
+    widths = [fitted(noise)[KEYS[0]].uncertainty_95 for noise in (0.01, 0.03)]
     assert widths[1] / widths[0] == pytest.approx(3.0, rel=0.3)
     doubled = fit(CASE, {name: 2 * column for name, column in noisy_curve(0.03).items()}, KEYS)
-    assert doubled.degrees_of_freedom == 10 and doubled.parameters[KEYS[0]].uncertainty_95 < widths[1]
+    assert doubled.degrees_of_freedom == 2 * len(CREEPAGES) - 2 and doubled.parameters[KEYS[0]].uncertainty_95 < widths[1]
 
 
 def test_full_sliding_does_not_determine_the_interlayer():
@@ -110,11 +118,13 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     data = creep_curve(0.4, 2.0)
     text = write(tmp_path / "curve.csv", data, ";").read_text().replace(".", ",").replace("creepage,", "creepage.")
     (tmp_path / "curve.csv").write_text("\ufeff" + text, encoding="utf-8")  # as a spreadsheet writes it
-    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "--free", f"{KEYS[1]}=0.5:50", "-o", "out", "--json")
+    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "--free", KEYS[1], "-o", "out", "--json",
+                  "--jobs", "2")  # fmt: skip
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert set(record) == {"name", "status", "reason", "parameters", "correlation", "rms", "points", "degrees_of_freedom",
                            "warnings", "files"}
+    assert [record[name] for name in ("parameters", "rms")] == [exact().record()[name] for name in ("parameters", "rms")]
     assert record["parameters"][KEYS[1]]["value"] == pytest.approx(2.0, rel=1e-4)
     assert json.loads(Path("out/rig_fit.json").read_text())["parameters"] == record["parameters"]
     assert Case.read("out/rig_fit.toml").settings.load.friction_coefficient == pytest.approx(0.4, rel=1e-4)
@@ -137,6 +147,7 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     ("creepage.longitudinal,force_x_N,force_x_N_error\n1e-3,1,0\n", "above 0"),
     ("force_x_N,force_x_N\n1,2\n", "twice"),
     ("creepage.longitudinal,force_x_N\n1e-3,100\n", "do not determine"),
+    ("creepage.longitudinal,force_x_N\n1e-3,0\n2e-3,0\n", "every measured value is 0"),
     ("creepage.longitudinal,temperature_rise_max_lower_K\n1e-3,5\n2e-3,5\n", "line 2: temperature_rise_max_lower_K"),
 ])
 def test_bad_data_name_file_and_line(tmp_path, monkeypatch, text, words):
@@ -162,11 +173,38 @@ def test_bad_keys_are_named(free, words):
 
 def test_points_without_a_steady_state_are_left_out_only_if_asked_for():
     case = {**CASE, "force": {"longitudinal_N": 100.0}}
-    data = {"force.longitudinal_N": [500.0, 1500.0, 2500.0, 4710.0], "creepage_longitudinal": [1e-4, 5e-4, 1e-3, 2e-2]}
-    with pytest.raises(ValueError, match="data, line 4"):
+    data = {"force.longitudinal_N": [500.0, 1500.0, 4710.0], "creepage_longitudinal": [1e-4, 5e-4, 2e-2]}
+    with pytest.raises(ValueError, match=r"data, line 3.*begin with other values of layer.compliance_um_GPa"):
         fit(case, data, [KEYS[1]])
     found = fit(case, data, [KEYS[1]], skip_failed=True)
-    assert len(found.measured) == 3 and "line 4" in found.warnings[0]
+    assert len(found.measured) == 2 and "line 3" in found.warnings[0]
+
+
+def test_a_value_of_either_sign_says_so():
+    case = {**CASE, "creepage": {"lateral": 3e-3}}
+    forces = [row["force_x_N"] for row in sweep(case, {"creepage.longitudinal": CREEPAGES[::2]})]
+    found = fit(case, {"creepage.longitudinal": CREEPAGES[::2], "force_x_N": forces}, ["creepage.lateral=-0.01:0.01"])
+    assert [w for w in found.warnings if "sign of creepage.lateral" in w and "-0.003 fits as well" in w]
+
+
+def test_temperatures_determine_a_conductivity():
+    steel = {"conductivity_W_mK": 45.0, "diffusivity_mm2_s": 12.3, "expansion_um_mK": 11.0}
+    case = {**CASE, "material": CASE["material"] | steel, "creepage": {"longitudinal": 5e-3}, "thermal": {"deformation": False}}
+    hottest, speeds = "temperature_rise_max_lower_K", [1.0, 4.0]
+    data = {"rolling.speed_m_s": speeds, hottest: [row[hottest] for row in sweep(case, {"rolling.speed_m_s": speeds})]}
+    start = Case.from_dict(case).with_values({"material.conductivity_W_mK": 60.0})
+    found = fit(start, data, ["material.conductivity_W_mK"])
+    assert found.parameters["material.conductivity_W_mK"].value == pytest.approx(45.0, rel=1e-4)
+
+
+def test_a_wheelset_is_fitted_as_a_contact():
+    given = {"numerics.grid": 12, "wheelset.wheels": "right", "wheelset.roll_mrad": 0.0, "load.friction_coefficient": 0.25}
+    case = Case.read("cases/manchester.toml").with_values(given)
+    shifts, measured = [1.0], ("track_force_y_right_N", "Q_F_W")
+    rows = sweep(case, {"wheelset.lateral_shift_mm": shifts})
+    data = {"wheelset.lateral_shift_mm": shifts} | {name: [row[name] for row in rows] for name in measured}
+    found = fit(case.with_values({KEYS[0]: 0.2}), data, [KEYS[0]])
+    assert found.parameters[KEYS[0]].value == pytest.approx(0.25, rel=1e-4)
 
 
 def test_a_grid_without_an_estimate_gives_no_interval():

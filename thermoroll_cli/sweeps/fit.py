@@ -8,16 +8,16 @@ discretisation move the value, as of one sign at all points and as independent o
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import json
 import math
 import os
 import pathlib
-import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import combinations
+from itertools import chain, combinations, repeat
 from typing import Any
 
 import numpy as np
@@ -33,11 +33,13 @@ from thermoroll_cli.plots.fit_figures import Figure, fit_figure
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.scalar_errors import absolute_error
+from thermoroll_cli.process import safe_point
+from thermoroll_cli.python_api import Solver
 from thermoroll_cli.sweeps.measured import OVER_LOAD, Measured, scalar_in
 from thermoroll_cli.sweeps.points import Axis, Points
-from thermoroll_cli.sweeps.sweep import Sweep
-from thermoroll_cli.sweeps.table import Row
-from thermoroll_cli.tasks.runner import Workers, check_main_guard
+from thermoroll_cli.sweeps.sweep import attempt
+from thermoroll_cli.sweeps.table import summary_of
+from thermoroll_cli.tasks.runner import Processes, check_main_guard
 
 COARSE = 32
 """Elements of the longer side of the grid on which a fit begins."""
@@ -212,12 +214,12 @@ class Fit:
 
 @dataclass
 class _Model:
-    """Computed values at the measured points, as a function of the fitted numbers: each call is a sweep."""
+    """Computed values at the measured points, as a function of the fitted numbers; `processes` share the points."""
 
     case: Case
     free: Sequence[Free]
     measured: Measured
-    jobs: int
+    processes: Processes | None
     settings: tuple[Override, ...] = ()
     solved: int = 0
     report: Callable[[int], None] = lambda count: None
@@ -234,35 +236,28 @@ class _Model:
         rows = [[*(free.value(number) for free, number in zip(self.free, vector, strict=True)),
                  *(float(column[point]) for column in varied.values())] for vector in numbers for point in range(count)]
         keys = [*(free.key for free in self.free), *varied]
-        outcomes: dict[tuple[float, ...], Row | str] = {}
-        for values_of_row in dict.fromkeys(map(tuple, rows)):
-            try:
-                self._points(keys, [values_of_row]).point(1)
-                outcomes[values_of_row] = ""
-            except CaseError as cause:
-                outcomes[values_of_row] = "; ".join(finding.message for finding in cause.findings)
-        if valid := [known for known, failed in outcomes.items() if not failed]:
-            with tempfile.TemporaryDirectory(prefix="thermoroll-") as folder:
-                sweep = Sweep(self._points(keys, valid), pathlib.Path(folder), "fit", Workers(self.jobs), scalars_only=True)
-                for row in sweep.run(report=lambda row, new: None, note=lambda text: None):
-                    outcomes[tuple(map(float, row.over.values()))] = row
-        self.solved += len(valid)
+        different = list(dict.fromkeys(map(tuple, rows)))
+        points = self._points(keys, different).with_one_decision()
+        # A vector is a batch, so that the values do not depend on who computes them.
+        batches = [range(first, min(first + count, len(different) + 1)) for first in range(1, len(different) + 1, count)]
+        solved = (self.processes.map if self.processes else map)(_summaries, repeat(points), batches)
+        outcomes = dict(zip(different, chain.from_iterable(solved), strict=True))
+        self.solved += len(different)
         self.report(self.solved)
         outcome = []
         for start in range(0, len(rows), count):
             here = [outcomes[tuple(each)] for each in rows[start : start + count]]
             names, values = list(self.measured.values), np.full((2, len(self.measured.values), count), math.nan)
-            for place, one in enumerate(here):
-                if isinstance(one, str):
+            for place, summary in enumerate(here):
+                if isinstance(summary, str):
                     continue
-                summary = one.summary
-                given = one.over.get("load.normal_N", self.case.settings.load.normal_N)
-                load = float(summary["normal_N"] if given is None else given)
+                given = varied["load.normal_N"][place] if "load.normal_N" in varied else self.case.settings.load.normal_N
+                load = float(summary.get("normal_N", math.nan) if given is None else given)
                 for k, name in enumerate(names):
                     values[0, k, place] = scalar_in(name, summary, load)
                     error = absolute_error(OVER_LOAD.get(name, name), summary) / (load if name in OVER_LOAD else 1.0)
                     values[1, k, place] = error
-            outcome.append((values[0], values[1], [one if isinstance(one, str) else one.reason for one in here]))
+            outcome.append((values[0], values[1], [one if isinstance(one, str) else one["reason"] for one in here]))
         return outcome
 
     def _points(self, keys: Sequence[str], rows: Sequence[Sequence[float]]) -> Points:
@@ -308,6 +303,19 @@ class _Model:
         return np.stack(slopes, axis=1)
 
 
+def _summaries(points: Points, numbers: range) -> list[dict[str, Any] | str]:
+    """Summaries of the points with these `numbers`, each solved from the one before it; what is wrong with invalid ones."""
+    solver, found = Solver(), list[dict[str, Any] | str]()
+    for number in numbers:
+        safe_point()
+        try:
+            result, reason = attempt(solver, points.point(number).problem)
+        except CaseError as cause:
+            result, reason = None, "; ".join(finding.message for finding in cause.findings)
+        found.append(reason if result is None else summary_of(result))
+    return found
+
+
 def fit(
     case: Case | Mapping[str, Any] | str | os.PathLike[str],
     data: Measured | Mapping[str, Sequence[float]] | str | os.PathLike[str],
@@ -338,18 +346,23 @@ def fit(
         raise ValueError(f"{both} is free, and a column of {measured.source}")
     if jobs > 1:
         check_main_guard()
-    model = _Model(case, wanted, measured, jobs, report=report)
-    vector = np.array([one.coordinate(one.start) for one in wanted])
-    coarse = _coarser(case)
-    model, warnings = _with_steady_points(replace(model, settings=coarse, _known={}), vector, skip=skip_failed)
+    with Processes(jobs) if jobs > 1 else contextlib.nullcontext() as processes:
+        return _found(_Model(case, wanted, measured, processes, report=report), skip=skip_failed)
+
+
+def _found(model: _Model, *, skip: bool) -> Fit:
+    """The fit, on the coarse grid first."""
+    vector = np.array([one.coordinate(one.start) for one in model.free])
+    coarse = _coarser(model.case)
+    model, warnings = _with_steady_points(replace(model, settings=coarse, _known={}), vector, skip=skip)
     values = len(model.measured) * len(model.measured.values)
-    if values < len(wanted):
-        raise ValueError(f"{model.measured.source}: {values} measured values do not determine {len(wanted)} keys")
-    ends = np.array([[one.coordinate(one.low), one.coordinate(one.high)] for one in wanted]).T
+    if values < len(model.free):
+        raise ValueError(f"{model.measured.source}: {values} measured values do not determine {len(model.free)} keys")
+    ends = np.array([[one.coordinate(one.low), one.coordinate(one.high)] for one in model.free]).T
     reason = ""
     for stage in ("coarse", "fine") if coarse else ("fine",):
         if stage == "fine":
-            model, more = _with_steady_points(replace(model, settings=(), _known={}), vector, skip=skip_failed)
+            model, more = _with_steady_points(replace(model, settings=(), _known={}), vector, skip=skip)
             warnings = [*warnings, *more]
         try:
             # SciPy wants the start inside of the range.
@@ -387,17 +400,18 @@ def _with_steady_points(model: _Model, vector: Array, *, skip: bool) -> tuple[_M
         return model, []
     text = "; ".join(f"{model.measured.place(number)}: {reasons[number]}" for number in failed[:3])
     if not skip or len(failed) == len(reasons):
-        raise ValueError(f"{text}{'; …' if len(failed) > 3 else ''}")
+        raise ValueError(f"{text}{'; …' if len(failed) > 3 else ''}; begin with other values of "
+                         f"{', '.join(one.key for one in model.free)} in the case, or leave such points out by --skip-failed")
     kept = [number for number, reason in enumerate(reasons) if not reason]
     return (replace(model, measured=model.measured.only(kept), _known={}),
-            [f"{len(failed)} points without a steady state are left out: {text}{'; …' if len(failed) > 3 else ''}"])
+            [f"points without a steady state are left out ({len(failed)}): {text}{'; …' if len(failed) > 3 else ''}"])
 
 
 def _result(model: _Model, vector: Array, ends: Array, reason: str, warnings: Sequence[str]) -> Fit:
     measured, free = model.measured, model.free
     computed, errors, _ = model.one(vector)
     residuals = model.residuals(vector)
-    parameters = {one.key: Parameter(one.value(number), math.nan) for one, number in zip(free, vector, strict=True)}
+    parameters = {one.key: Parameter(one.value(number), math.nan) for one, number in zip(free, vector.tolist(), strict=True)}
     freedom, correlation, curve = residuals.size - len(free), np.full((len(free), len(free)), math.nan), None
     notes = list(warnings)
     if not reason:
@@ -408,15 +422,17 @@ def _result(model: _Model, vector: Array, ends: Array, reason: str, warnings: Se
             if unknown_errors:
                 notes.append(f"the grid gives no estimated error of {unknown_errors[0]}: the values have no intervals")
             least = SOLVED * float(np.linalg.norm(computed * model.weights))
-            covariance, correlation, lost = _covariance(jacobian, max(float(np.linalg.norm(residuals)), least), freedom)
+            rest = max(float(np.linalg.norm(residuals)), least)
+            covariance, correlation, lost = _covariance(jacobian, rest, freedom)
             moved, error = np.linalg.pinv(jacobian), (errors * model.weights).ravel()
             half = np.sqrt(student_t**2 * np.diag(covariance) + (moved @ error) ** 2 + moved**2 @ error**2)
             notes += _undetermined(free, vector, ends, half, correlation, lost, freedom)
+            notes += _of_either_sign(model, vector, rest * math.hypot(1.0, student_t / math.sqrt(freedom)) if freedom else rest)
             widest = np.array([one.widest for one in free])
             unknown = lost | _at_bound(vector, ends) | _correlated(correlation) | np.logical_not(half <= widest)
             parameters = {
-                one.key: Parameter(one.value(number), one.half_width(one.value(number), math.nan if lost else width))
-                for one, number, width, lost in zip(free, vector, half, unknown, strict=True)}
+                one.key: Parameter(one.value(number), one.half_width(one.value(number), math.nan if lost else float(width)))
+                for one, number, width, lost in zip(free, vector.tolist(), half, unknown, strict=True)}
             curve = _curve(model, computed, jacobian, covariance, student_t)
         except ArithmeticError as cause:
             reason = str(cause)
@@ -428,6 +444,18 @@ def _result(model: _Model, vector: Array, ends: Array, reason: str, warnings: Se
         rms={name: float(np.sqrt(np.mean(row**2))) for name, row in zip(measured.values, difference, strict=True)},
         computed=dict(zip(measured.values, computed, strict=True)), curve=curve, degrees_of_freedom=freedom, reason=reason,
         warnings=tuple(notes), solved=model.solved)
+
+
+def _of_either_sign(model: _Model, vector: Array, most: float) -> list[str]:
+    """A warning for each value whose negative, in its range too, leaves residuals of a norm of `most` at most."""
+    notes = []
+    for k, one in enumerate(model.free):
+        value = one.value(vector[k])
+        if value != 0.0 and not one.logarithmic and one.low <= -value <= one.high:
+            mirrored = np.where(np.arange(len(vector)) == k, -vector, vector)
+            if np.linalg.norm(model.residuals(mirrored)) <= most:
+                notes.append(f"the data do not determine the sign of {one.key}: {-value:.6g} fits as well")
+    return notes
 
 
 def _covariance(jacobian: Array, rest: float, freedom: int) -> tuple[Array, Array, Mask]:

@@ -97,6 +97,8 @@ class Measured:
                                  f"nor a scalar with {ERROR}{hint}")
         if not values:
             raise ValueError(f"{source}: no column is a measured scalar, for example force_x_N or force_x_over_load")
+        if not any(array.any() for array in values.values()):
+            raise ValueError(f"{source}: every measured value is 0, and no case is found from that")
         if alone := next((name for name in deviations if name not in values), None):
             raise ValueError(f"{source}: {alone}{ERROR} stands there without {alone}")
         return cls(source, lines, varied, values, deviations)

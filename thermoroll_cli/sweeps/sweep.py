@@ -68,7 +68,7 @@ class Batch:
         solver = Solver(self.threads)
         for number in range(self.numbers.start, self.pending[-1].number + 1):
             point = self.points.point(number)
-            result, reason = _attempt(solver, point.problem)
+            result, reason = attempt(solver, point.problem)
             if result is None:
                 # The state left by an exception is no start for the next point.
                 solver = Solver(self.threads)
@@ -100,7 +100,8 @@ class Batch:
         return self._record(self.pending[0], failed_summary(reason), solved=False)
 
 
-def _attempt(solver: Solver, problem: Task) -> tuple[Result | None, str]:
+def attempt(solver: Solver, problem: Task) -> tuple[Result | None, str]:
+    """The result, or none and what went wrong."""
     try:
         return solver.solve(problem), ""
     except MemoryError:

@@ -19,7 +19,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 from thermoroll_cli.atomic import remove_leftovers
 from thermoroll_cli.process import one_thread, safe_point
@@ -105,7 +105,7 @@ def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callabl
             with _Cluster(workers.dask, workers.patience, note) as cluster:
                 yield from _run_elsewhere(iter(tasks), journal, cluster, note)
         elif workers.jobs > 1:
-            with _Processes(workers.jobs, journal.path) as processes:
+            with _Machine(workers.jobs, journal.path) as processes:
                 yield from _run_elsewhere(iter(tasks), journal, processes, note)
         else:
             for task in tasks:
@@ -118,7 +118,7 @@ def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callabl
 
 
 def _run_elsewhere(
-    tasks: Iterator[Task], journal: Journal, workers: _Processes | _Cluster, note: Callable[[str], None]
+    tasks: Iterator[Task], journal: Journal, workers: _Machine | _Cluster, note: Callable[[str], None]
 ) -> Iterator[str]:
     suspects: deque[Task] = deque()
     deaths: Counter[str] = Counter()
@@ -164,33 +164,43 @@ def _run_elsewhere(
         yield from journal.update()
 
 
-class _Processes:
+class Processes(ProcessPoolExecutor):
+    """Processes of this machine that end with this one and ignore the signals that a terminal sends to all."""
+
+    def __init__(self, jobs: int) -> None:
+        # spawn: a forked process hangs after a transform that used threads.
+        context = multiprocessing.get_context("spawn")
+        # The processes wait for the end of this connection, which the kernel makes known whatever happens to this one.
+        self._leash, self._hold = context.Pipe(duplex=False)
+        with _deaf_children():
+            super().__init__(jobs, context, initializer=_end_with_parent, initargs=(self._leash,))
+
+    def submit(self, work: Callable[..., Any], /, *given: Any, **named: Any) -> Future[Any]:
+        one_thread()
+        try:
+            with _deaf_children():
+                return super().submit(work, *given, **named)
+        except BrokenProcessPool as cause:  # a process died while it had nothing to do
+            failed: Future[Any] = Future()
+            failed.set_exception(cause)
+            return failed
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        self._hold.close()
+        super().shutdown(wait, cancel_futures=cancel_futures)
+        self._leash.close()
+
+
+class _Machine:
     """Processes of this machine, which write into the journal at `path` themselves."""
 
     died = BrokenProcessPool
 
     def __init__(self, jobs: int, path: pathlib.Path) -> None:
-        self.places = jobs
-        self._path = path
-        # The processes wait for the end of this connection, which the kernel makes known whatever happens to this one.
-        self._leash, self._hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
-        self._pool = self._new_pool()
-
-    def _new_pool(self) -> ProcessPoolExecutor:
-        # spawn: a forked process hangs after a transform that used threads.
-        context = multiprocessing.get_context("spawn")
-        with _deaf_children():
-            return ProcessPoolExecutor(self.places, context, initializer=_end_with_parent, initargs=(self._leash,))
+        self.places, self._path, self._processes = jobs, path, Processes(jobs)
 
     def submit(self, task: Task) -> Future[list[Item]]:
-        one_thread()
-        try:
-            with _deaf_children():
-                return self._pool.submit(_work_off, task, self._path)
-        except BrokenProcessPool as cause:  # a process died while it had nothing to do
-            failed: Future[list[Item]] = Future()
-            failed.set_exception(cause)
-            return failed
+        return self._processes.submit(_work_off, task, self._path)
 
     def check(self) -> None:
         """Does nothing: a process that dies breaks the pool, and its tasks fail."""
@@ -200,20 +210,18 @@ class _Processes:
         return future.result()
 
     def renewed(self, running: dict[Future[list[Item]], Task]) -> list[Task]:
-        """Make a new pool; the tasks that broke with the old one."""
+        """Start new processes; the tasks that broke with the old ones."""
         broken = list(running.values())
         running.clear()
-        self._pool.shutdown(wait=True, cancel_futures=True)
-        self._pool = self._new_pool()
+        self._processes.shutdown(cancel_futures=True)
+        self._processes = Processes(self.places)
         return broken
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._hold.close()
-        self._pool.shutdown(wait=True, cancel_futures=True)
-        self._leash.close()
+        self._processes.shutdown(cancel_futures=True)
 
 
 @contextlib.contextmanager
