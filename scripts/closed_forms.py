@@ -116,7 +116,7 @@ def coefficient(ratio: float, poisson_ratio: float, grid: int, direction: str) -
     if direction == "spin":
         problem = dataclasses.replace(problem, motion=dataclasses.replace(problem.motion, spin=1e-4))
     result = solved(problem)
-    area = 1e-6 * result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"]
+    area = 1e-6 * result.of_problem["hertz_a_mm"] * result.of_problem["hertz_b_mm"]
     force = result.coupled.scalars["force_x_N" if direction == "x" else "force_y_N"]
     unit = body.shear_modulus * area * (-math.sqrt(area) * 1e-4 if direction == "spin" else tiny)
     return force / unit
@@ -126,8 +126,8 @@ def moving_source(grid: int) -> Iterator[Check]:
     """A sliding sphere, with heat in the shape of Hertz's pressure: the integral of point sources; Tian and Kennedy's fit."""
     problem = rolling(grid=grid, friction=0.01, creepage=(0.02, 0.0), speed=1.0, heating=Heating(deformation=False))
     result, body = solved(problem), problem.lower
-    speed, radius = problem.motion.speed * 1.01, 1e-3 * result.hertz["hertz_a_mm"]
-    flux = 0.5 * problem.friction.coefficient * 1e6 * result.hertz["hertz_p0_MPa"] * problem.motion.speed * 0.02
+    speed, radius = problem.motion.speed * 1.01, 1e-3 * result.of_problem["hertz_a_mm"]
+    flux = 0.5 * problem.friction.coefficient * 1e6 * result.of_problem["hertz_p0_MPa"] * problem.motion.speed * 0.02
     thermal = (body.conductivity or 0.0, body.diffusivity or 0.0, speed)
     found = result.coupled.scalars["temperature_rise_max_lower_K"]
     name = f"moving Hertz source, Pe = {speed * radius / thermal[1]:.3g}"
@@ -141,7 +141,7 @@ def below_the_surface(grid: int) -> Iterator[Check]:
         problem = rolling(grid=grid, body=elastic(0.3), friction=friction, creepage=(creepage, 0.0))
         result = solved(dataclasses.replace(problem, subsurface=SubsurfaceRequest()))
         assert result.subsurface is not None
-        found = result.subsurface.scalars["von_mises_max_lower_MPa"] / result.hertz["hertz_p0_MPa"]
+        found = result.subsurface.scalars["von_mises_max_lower_MPa"] / result.of_problem["hertz_p0_MPa"]
         yield Check(f"von Mises below a sphere, μ = {friction:g}", "maximum over p₀", found, exact)
 
 
@@ -167,8 +167,8 @@ def groove(grid: int) -> Iterator[Check]:
     problem = rolling(grid=grid, geometry=BEARING, friction=1e-6, creepage=(None, 0.0), force=(0.0, None),
                       differential_slip=True)
     result = solved(problem)
-    at_the_end = float(differential_slip(problem, np.array([1e-3 * result.hertz["hertz_b_mm"]]))[0])
-    s, exact = result.coupled.scalars, heathcote(result.hertz["hertz_a_mm"] / result.hertz["hertz_b_mm"])
+    at_the_end = float(differential_slip(problem, np.array([1e-3 * result.of_problem["hertz_b_mm"]]))[0])
+    s, exact = result.coupled.scalars, heathcote(result.of_problem["hertz_a_mm"] / result.of_problem["hertz_b_mm"])
     heat = s["Q_F_W"] / (problem.traction_limit * problem.motion.speed * at_the_end)
     yield Check("free rolling in a groove, μ → 0", "−ξ_x/(c b²)", -s["creepage_longitudinal"] / at_the_end, exact[0])
     yield Check("free rolling in a groove, μ → 0", "Q_F/(μWV c b²)", heat, exact[1])
@@ -187,7 +187,7 @@ def shares(grid: int) -> Iterator[Check]:
     result = solved(dataclasses.replace(rolling(grid=grid, friction=0.0, heating=heating), upper=other))
     area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
     through = float(result.coupled.fields["heat_flux_lower"].sum()) * area
-    exact = 4e-3 * result.hertz["hertz_a_mm"] * 30.0 / (1.0 / (STEEL.conductivity or 0.0) + 1.0 / 20.0)
+    exact = 4e-3 * result.of_problem["hertz_a_mm"] * 30.0 / (1.0 / (STEEL.conductivity or 0.0) + 1.0 / 20.0)
     yield Check("conduction through a circle, ΔT = 30 K", "heat (W)", through, exact)
 
 

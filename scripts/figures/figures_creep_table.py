@@ -24,7 +24,7 @@ def creep_table(folder: pathlib.Path, grid: int) -> Numbers:
     case = Case.read(ROOT / "cases" / "table1.toml").with_values({"thermal.heat": False})
     problem = dataclasses.replace(case.problem, numerics=Numerics(grid=(grid, grid)))
     solver = Solver()
-    hertz = solver.solve(problem).hertz
+    hertz = solver.solve(problem).of_problem
     mean = hertz["hertz_a_mm"] * 1e-3
     unit = problem.traction_limit / (problem.lower.shear_modulus * mean**2)
     contact = {"semi_axes": (1.0, 1.0), "shear_modulus": 1.0, "friction": 1.0, "load": 1.0}

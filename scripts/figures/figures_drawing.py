@@ -90,11 +90,11 @@ class View:
 
     @property
     def semi_axes(self) -> tuple[float, float]:
-        return self.frame.result.hertz["hertz_a_mm"] * 1e-3, self.frame.result.hertz["hertz_b_mm"] * 1e-3
+        return self.frame.result.of_problem["hertz_a_mm"] * 1e-3, self.frame.result.of_problem["hertz_b_mm"] * 1e-3
 
     @property
     def peak_pressure(self) -> float:
-        return self.frame.result.hertz["hertz_p0_MPa"] * 1e6
+        return self.frame.result.of_problem["hertz_p0_MPa"] * 1e6
 
     @property
     def heat_scale(self) -> float:

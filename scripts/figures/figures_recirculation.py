@@ -9,7 +9,7 @@ from dataclasses import replace
 from scripts.figures.figures_drawing import Numbers, solve_problem, table
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, Recirculation
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, ReturningTrack
 
 HEADER = ("case (`partition = \"matched\"`)", "Q_F (W)", "T_max, one pass → recirculating (K)", "bulk lower / upper (K)",
           "share of lower (%)", "bulge/approach: pass; track", "Λ", "change of γ_p")
@@ -22,27 +22,27 @@ FLAT = math.inf
 
 def _problem(
     body: Material, radii: tuple[float, float, float, float], load: float, friction: float, motion: Motion,
-    tracks: tuple[Recirculation | None, Recirculation | None],
+    tracks: tuple[ReturningTrack | None, ReturningTrack | None],
 ) -> Problem:
     heating = Heating(partition="matched", lower_track=tracks[0], upper_track=tracks[1])
     return Problem(body, body, Geometry(*radii), load, Friction(friction), motion, heating, GRID)
 
 
-def _alike(track: Recirculation) -> tuple[Recirculation, Recirculation]:
+def _alike(track: ReturningTrack) -> tuple[ReturningTrack, ReturningTrack]:
     return track, track
 
 
 CASES = {
     "wheel on rail, 2 % slip, h = 30": _problem(
         replace(STEEL, conductivity=50.0, diffusivity=13e-6), (FLAT, 0.3, 0.46, FLAT), 100e3, 0.3, Motion(30.0, 0.02),
-        (None, Recirculation(0.135, convection=30.0))),
+        (None, ReturningTrack(0.135, convection=30.0))),
     "PEEK on PEEK, 5 % slip, h = 50": _problem(
-        PEEK, (0.02, FLAT, 0.02, 0.1), 100.0, 0.4, Motion(0.5, 0.05), _alike(Recirculation(0.01, convection=50.0))),
+        PEEK, (0.02, FLAT, 0.02, 0.1), 100.0, 0.4, Motion(0.5, 0.05), _alike(ReturningTrack(0.01, convection=50.0))),
     "the article's spheres at 1 m/s, h = 20": _problem(
-        ARTICLE, (0.03, 0.03, 0.03, 0.03), 65.0, 0.3, Motion(1.0, 0.003), _alike(Recirculation(0.06, convection=20.0))),
+        ARTICLE, (0.03, 0.03, 0.03, 0.03), 65.0, 0.3, Motion(1.0, 0.003), _alike(ReturningTrack(0.06, convection=20.0))),
     "the article's spheres at 200 m/s, h = 200": _problem(
         ARTICLE, (0.03, 0.03, 0.03, 0.03), 65.0, 0.3, Motion(200.0, 0.003),
-        _alike(Recirculation(0.06, convection=200.0))),
+        _alike(ReturningTrack(0.06, convection=200.0))),
 }
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call, thermoroll
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 
 HOPELESS = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 2e3").replace("grid = 16", "grid = 8")
 HOPELESS += '[thermal]\npeclet = "stationary"\n'
@@ -50,7 +50,7 @@ def test_json_is_one_line_and_nothing_else(case: Path, tmp_path: Path) -> None:
     # A mechanical case: what needs heat is left out or null.
     assert set(result) | {"temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "thermal_displacement_max_um"} >= {
         *SCALARS,
-        *HERTZ_SCALARS,
+        *PROBLEM_SCALARS,
     }
     assert result["peclet_lower"] is None
     assert result["status"] == "converged"

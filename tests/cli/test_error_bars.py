@@ -13,7 +13,7 @@ import pytest
 from tests.support.command_line import THERMAL, Called, call
 from thermoroll_cli.cli.tables import scalar_table
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.scalar_errors import MISMATCHES, error_scale, rounded, with_error
 
 CASE = (
@@ -50,7 +50,7 @@ def test_table_json_and_hdf5_tell_the_same_error_of_every_scalar(outputs: tuple[
     table, record, path = outputs
     stored, rows = read_result(path).summary(), printed(table)
     # What this case has no use for (tracks of turning bodies, …) is null, and in no table.
-    assert set(rows) == {name for name in (*SCALARS, *HERTZ_SCALARS) if record.get(name) is not None}
+    assert set(rows) == {name for name in (*SCALARS, *PROBLEM_SCALARS) if record.get(name) is not None}
     assert len(rows) >= 30
     with_bars = 0
     for name, (value, shown) in rows.items():

@@ -285,7 +285,7 @@ def crowned() -> Discretisation:
 def test_load_and_approach_lead_to_each_other(scene):
     """Below stiff layers, and for profiles."""
     pressure = scene().pressure
-    gap, solver, load = pressure.undeformed_gap / pressure.tilt, pressure.solver, pressure._derived.problem.normal_force
+    gap, solver, load = pressure.undeformed_gap / pressure.cosine, pressure.solver, pressure._derived.problem.normal_force
     there = solver.solve(gap, load, pressure.isothermal.start, 1e-10)
     back = solver.solve(gap, Approach(there.approach), np.zeros(gap.shape), 1e-10)
     assert back.converged

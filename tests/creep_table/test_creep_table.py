@@ -102,7 +102,7 @@ def test_forces_are_those_of_single_runs(aspect_ratio: float) -> None:
     assert all(solution.converged for _, solution in solved)
     base = rolling(grid=grid.grid.shape, geometry=ellipse(aspect_ratio), body=elastic(0.28), load=100.0)
     limit, single = base.traction_limit, Solver()
-    hertz = single.solve(base).hertz
+    hertz = single.solve(base).of_problem
     a, b = hertz["hertz_a_mm"] * 1e-3, hertz["hertz_b_mm"] * 1e-3
     unit = limit / (base.lower.shear_modulus * a * b)
     for (x, y, z), ((force_x, force_y, _, stick), _) in zip(creepages.T, solved, strict=True):

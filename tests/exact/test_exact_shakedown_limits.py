@@ -30,7 +30,7 @@ def test_shear_below_a_line_contact_carries_the_traction() -> None:
 @pytest.mark.parametrize("friction", [0.1, 0.3])
 def test_limits_of_a_circular_contact_are_those_of_computed_stresses(friction: float) -> None:
     result = solve(strong_circle(friction, 48))
-    kept, p0 = result.bodies["lower"].strength, result.hertz["hertz_p0_MPa"] * 1e6
+    kept, p0 = result.bodies["lower"].strength, result.of_problem["hertz_p0_MPa"] * 1e6
     for name, curve in (("elastic_limit_k", CIRCLE_ELASTIC), ("shakedown_k", CIRCLE_SHAKEDOWN)):
         needed = float(kept[name][1:].max())
         assert p0 / needed == pytest.approx(np.interp(friction, FRICTION, curve), rel=6e-3), name
@@ -44,7 +44,7 @@ def test_the_map_has_the_point_of_the_case_and_names_the_criteria() -> None:
     assert [word for word in words if "von Mises" in word or "Tresca" in word] == words[:-1] and words[-1] == "lower body"
     (x,), (y,) = picture.axes[0].get_lines()[-1].get_data()
     assert x == pytest.approx(0.2, rel=1e-3)
-    assert y == pytest.approx(result.hertz["hertz_p0_MPa"] / 200.0, rel=1e-3)
+    assert y == pytest.approx(result.of_problem["hertz_p0_MPa"] / 200.0, rel=1e-3)
     assert figure(result, "strength_lower") is not None and figure(result, "strength_upper") is None
     unknown = dataclasses.replace(result.problem.subsurface, lower_strength=Strength())
     result = dataclasses.replace(result, problem=dataclasses.replace(result.problem, subsurface=unknown))

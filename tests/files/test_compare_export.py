@@ -17,7 +17,7 @@ from tests.support import synthetic
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
 from thermoroll_cli.files.result.export import export_csv, export_xdmf
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
-from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, Subsurface
 
 
@@ -37,9 +37,9 @@ def reference(path: pathlib.Path) -> Result:
 
 
 def with_scalars(result: Result, **scalars: float) -> Result:
-    hertz = {name: scalars.pop(name) for name in HERTZ_SCALARS if name in scalars}
+    hertz = {name: scalars.pop(name) for name in PROBLEM_SCALARS if name in scalars}
     coupled = dataclasses.replace(result.coupled, scalars={**result.coupled.scalars, **scalars})
-    return dataclasses.replace(result, coupled=coupled, hertz={**result.hertz, **hertz})
+    return dataclasses.replace(result, coupled=coupled, of_problem={**result.of_problem, **hertz})
 
 
 def with_field(result: Result, name: str, values: np.ndarray) -> Result:
@@ -56,7 +56,7 @@ def test_a_result_is_equal_to_itself(reference: Result) -> None:
     assert comparison.within and comparison.largest == 0.0 and not comparison.notes
     names = [row.name for row in comparison.rows]
     assert len(names) == len(set(names))
-    assert (set(SCALARS) | set(HERTZ_SCALARS)) & set(reference.summary()) <= set(names)
+    assert (set(SCALARS) | set(PROBLEM_SCALARS)) & set(reference.summary()) <= set(names)
     assert {"isothermal." + name for name in reference.isothermal.scalars} <= set(names)
     assert {"pressure", "isothermal.pressure", "status"} <= set(names)
 

@@ -46,5 +46,5 @@ def test_an_interlayer_may_be_taken_from_the_slope(rig: Problem) -> None:
     for problem in (rig, smooth(rig, RIG_SMOOTH)):
         result = solve(replace(problem, motion=replace(problem.motion, creepage_x=2e-5)))
         slopes.append(result.coupled.scalars["force_x_N"] / 2e-5)
-    a, b = (result.hertz[f"hertz_{axis}_mm"] * 1e-3 for axis in "ab")
+    a, b = (result.of_problem[f"hertz_{axis}_mm"] * 1e-3 for axis in "ab")
     assert 8.0 / 3.0 * a**2 * b * (1.0 / slopes[0] - 1.0 / slopes[1]) == pytest.approx(rig.interlayer.compliance, rel=0.15)

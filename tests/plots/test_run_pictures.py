@@ -354,7 +354,7 @@ def test_every_quantity_of_the_pictures_has_a_picture_of_its_own() -> None:
 @pytest.mark.parametrize("elements", [16, 32, 64, 128])
 def test_borders_run_between_the_elements(elements: int) -> None:
     result = synthetic.result((elements, elements))
-    state, radius = result.isothermal, result.hertz["hertz_a_mm"] * 1e-3
+    state, radius = result.isothermal, result.of_problem["hertz_a_mm"] * 1e-3
     spacing = state.x[1] - state.x[0]
     borders = borders_of(state.x, state.y, state.fields)
     assert len(borders.contact) == len(borders.stick) == 1

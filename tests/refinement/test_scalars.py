@@ -152,7 +152,7 @@ def test_mean_and_centre_of_a_hertzian_source_at_rest() -> None:
     """kT/(q₀a) is π/4 at the centre and 3π/16 in the mean; the pressure at the centre is p₀."""
     problem = rolling(grid=48, creepage=(0.5, 0.0), speed=1e-4, heating=Heating(deformation=False, peclet="stationary"))
     result = solve(problem)
-    scalars, hertz = result.coupled.scalars, result.hertz
+    scalars, hertz = result.coupled.scalars, result.of_problem
     flux = 0.5 * problem.friction.coefficient * hertz["hertz_p0_MPa"] * 1e6 * 1e-4 * 0.5
     unit = flux * hertz["hertz_a_mm"] * 1e-3 / STEEL.conductivity
     for body in ("lower", "upper"):

@@ -297,9 +297,9 @@ def test_a_force_below_the_maximum_belongs_to_two_creepages(branch: dict) -> Non
     result = solve(case({**BRANCHES["input"], "force_N": branch["force_over_mu0W"] * limit}, 128))
     assert result.converged
     assert result.coupled.scalars["creepage_longitudinal"] == pytest.approx(branch["creepage_low"], rel=1e-3)
-    assert result.hertz["creepage_falling_branch"] == pytest.approx(branch["creepage_high"], rel=5e-3)
-    assert result.hertz["creep_force_max_N"] == pytest.approx(BRANCHES["max_force_over_mu0W"] * limit, abs=5e-4 * limit)
-    assert result.hertz["creepage_at_creep_force_max"] == pytest.approx(BRANCHES["creepage_at_max"], rel=0.02)
+    assert result.of_problem["creepage_falling_branch"] == pytest.approx(branch["creepage_high"], rel=5e-3)
+    assert result.of_problem["creep_force_max_N"] == pytest.approx(BRANCHES["max_force_over_mu0W"] * limit, abs=5e-4 * limit)
+    assert result.of_problem["creepage_at_creep_force_max"] == pytest.approx(BRANCHES["creepage_at_max"], rel=0.02)
     assert any("falling branch" in warning for warning in result.warnings)
 
 
@@ -307,7 +307,7 @@ def test_the_falling_branch_may_begin_between_two_points_of_the_curve() -> None:
     motion = Motion(1.0, None, force_x=27.5, differential_slip=False)
     problem = spheres(12, friction=Friction(0.3, FrictionLaw("rational", 0.5, 0.005, memory=1e-6)), motion=motion)
     rising = solve(problem)
-    falling = rising.hertz["creepage_falling_branch"]
+    falling = rising.of_problem["creepage_falling_branch"]
     there = solve(replace(problem, motion=Motion(1.0, falling, differential_slip=False)))
     assert rising.converged and falling > 1.5 * rising.coupled.scalars["creepage_longitudinal"]
     assert there.coupled.scalars["force_x_N"] == pytest.approx(27.5, rel=2e-3)
@@ -334,4 +334,4 @@ def test_forces_along_one_creep_curve_share_it() -> None:
     warm, cold = solver.solve(second), Solver().solve(second)
     assert followed >= 10 and len(solver._followed) - followed < followed / 2
     for name in ("creep_force_max_N", "creepage_at_creep_force_max", "creepage_falling_branch"):
-        assert warm.hertz[name] == pytest.approx(cold.hertz[name], rel=1e-4)
+        assert warm.of_problem[name] == pytest.approx(cold.of_problem[name], rel=1e-4)

@@ -68,11 +68,11 @@ def test_the_load_of_an_approach_is_the_one_that_caused_it(name):
     assert back.coupled.scalars["approach_um"] == pytest.approx(1e6 * approach, rel=1e-12)
     assert math.isnan(back.error["approach_um"]) and math.isnan(forward.error["normal_N"])
     assert back.problem.normal_force == back.coupled.scalars["normal_N"]
-    assert back.hertz["friction_limit_N"] == problem.friction.coefficient * back.problem.normal_force
+    assert back.of_problem["friction_limit_N"] == problem.friction.coefficient * back.problem.normal_force
     for force in ("force_x_N", "Q_F_W"):
         errors = [result.error[force] for result in (back, forward) if not math.isnan(result.error[force])]
         allowed = sum(errors) + 2.0 * (missed + 1e-9)
-        scale = max(abs(forward.coupled.scalars[force]), 1e-300) if force == "Q_F_W" else forward.hertz["friction_limit_N"]
+        scale = max(abs(forward.coupled.scalars[force]), 1e-300) if force == "Q_F_W" else forward.of_problem["friction_limit_N"]
         assert abs(back.coupled.scalars[force] - forward.coupled.scalars[force]) <= allowed * scale
 
 

@@ -214,7 +214,7 @@ def test_temperatures_of_a_result_are_the_response_to_its_heat_flux(monkeypatch)
     problem = replace(MODERATE, motion=Motion(2.0, 0.4, 0.1, 1.0), heating=Heating(deformation=False, partition=0.3))
     divided = divided_heats(monkeypatch)
     result = solve(problem)
-    grid = Grid.over((32, 32), 2.2 * result.hertz["hertz_a_mm"] * 1e-3, 2.2 * result.hertz["hertz_b_mm"] * 1e-3)
+    grid = Grid.over((32, 32), 2.2 * result.of_problem["hertz_a_mm"] * 1e-3, 2.2 * result.of_problem["hertz_b_mm"] * 1e-3)
     np.testing.assert_allclose(grid.x, result.x, rtol=1e-12)
     v, cx, cy = 2.0, 0.4 * 2.0, 0.1 * 2.0
     pair = Pair(grid, body(v + cx / 2, cy / 2), body(v - cx / 2, -cy / 2), 0.3)
@@ -251,14 +251,14 @@ def test_speeds_of_both_bodies_differ_by_the_creepage():
 def test_peclet_numbers_are_reported_with_a0_as_length():
     """Table 1 with κ = 10 mm²/s: V a0/κ ≈ 18.6, of each body with its own speed V ± C/2; none at rest."""
     result = solved(rolling(grid=16, creepage=(0.003, 0.0), heating=Heating(deformation=False)))
-    assert result.hertz["peclet_lower"] == pytest.approx(18.6, abs=0.05)
-    assert result.hertz["peclet_upper"] / result.hertz["peclet_lower"] == pytest.approx(0.9985 / 1.0015, rel=1e-12)
+    assert result.of_problem["peclet_lower"] == pytest.approx(18.6, abs=0.05)
+    assert result.of_problem["peclet_upper"] / result.of_problem["peclet_lower"] == pytest.approx(0.9985 / 1.0015, rel=1e-12)
     rest = DerivedQuantities(replace(result.problem, motion=replace(result.problem.motion, creepage_x=2.0)))
-    assert peclet_numbers(rest) == (pytest.approx(2.0 * result.hertz["peclet_lower"] / 1.0015), 0.0)
+    assert peclet_numbers(rest) == (pytest.approx(2.0 * result.of_problem["peclet_lower"] / 1.0015), 0.0)
     assert peclet_numbers(DerivedQuantities(warm(result.problem, peclet="stationary"))) == (0.0, 0.0)
     slow = replace(STEEL, diffusivity=20e-6)
     other = solved(replace(result.problem, upper=slow))
-    assert other.hertz["peclet_upper"] == pytest.approx(0.5 * result.hertz["peclet_upper"], rel=1e-12)
+    assert other.of_problem["peclet_upper"] == pytest.approx(0.5 * result.of_problem["peclet_upper"], rel=1e-12)
 
 
 def test_partition_divides_the_temperatures():

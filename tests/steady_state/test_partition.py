@@ -295,8 +295,8 @@ def test_equal_bodies_are_not_solved_for():
 def test_a_body_at_rest_takes_little_of_the_heat():
     """Slide-roll ratio 2 at V a/κ = 37 of the moving body: near the closure with mean temperatures."""
     result = solved(rolling(grid=64, creepage=(2.0, 0.0), heating=MATCHED))
-    peclet = result.hertz["peclet_lower"]
-    assert result.hertz["peclet_upper"] == 0.0
+    peclet = result.of_problem["peclet_lower"]
+    assert result.of_problem["peclet_upper"] == 0.0
     mean = [circle_mean_temperature(1.0, 1.0, 1.0, 1.0, p, "hertz") for p in (peclet, 0.0)]
     assert result.coupled.scalars["partition_mean"] == pytest.approx(mean[1] / sum(mean), rel=0.02)
     assert surfaces(result) < 1e-4

@@ -36,8 +36,8 @@ def test_ertz_and_knothe(creepage: float, bulk: float, hottest: float) -> None:
     CONTACT moves both bodies at 30 m/s, so that they meet at 75 K, and finds 227.8 K for both together. Here the rail passes at
     30.5 m/s and the wheel at 29.5 m/s: 150 K sqrt(29.5)/(sqrt(29.5) + sqrt(30.5)) = 74.4 K, 0.6 K less."""
     result = ertz_and_knothe(creepage, bulk)
-    assert result.hertz["hertz_a_mm"] == pytest.approx(5.88, abs=0.01)
-    assert result.hertz["hertz_b_mm"] == pytest.approx(10.54, abs=0.01)
+    assert result.of_problem["hertz_a_mm"] == pytest.approx(5.88, abs=0.01)
+    assert result.of_problem["hertz_b_mm"] == pytest.approx(10.54, abs=0.01)
     assert result.coupled.scalars["surface_temperature_max_lower_K"] == pytest.approx(hottest, abs=0.3)
 
 

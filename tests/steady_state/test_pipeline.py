@@ -172,7 +172,7 @@ def test_scalars_agree_with_the_fields(varied):
     f, s = result.coupled.fields, result.coupled.scalars
     # Integrals may be extrapolated, which moves them further than their estimated error then is.
     arm = result.x[:, None] * f["shear_y"] - result.y[None, :] * f["shear_x"]
-    arm_scale = 1e3 * varied.traction_limit * math.sqrt(result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"]) * 1e-3
+    arm_scale = 1e3 * varied.traction_limit * math.sqrt(result["hertz_a_mm"] * result["hertz_b_mm"]) * 1e-3
     for name, value, scale in (
         ("force_x_N", f["shear_x"].sum() * area, varied.traction_limit),
         ("force_y_N", f["shear_y"].sum() * area, varied.traction_limit),
@@ -181,9 +181,9 @@ def test_scalars_agree_with_the_fields(varied):
     ):
         tolerance = max(15.0 * result.error[name] * max(abs(s[name]), scale), 1e-13 * scale)
         assert s[name] == pytest.approx(value, abs=tolerance), name
-    assert s["gamma_p"] == pytest.approx(s["pressure_max_MPa"] / result.hertz["hertz_p0_MPa"], rel=1e-12)
+    assert s["gamma_p"] == pytest.approx(s["pressure_max_MPa"] / result.of_problem["hertz_p0_MPa"], rel=1e-12)
     assert s["pressure_max_MPa"] == pytest.approx(1e-6 * f["pressure"].max(), rel=0.01)
-    hertz_area = math.pi * result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"]
+    hertz_area = math.pi * result.of_problem["hertz_a_mm"] * result.of_problem["hertz_b_mm"]
     assert s["gamma_c"] == pytest.approx(s["contact_area_mm2"] / hertz_area, rel=1e-12)
     assert s["gamma_st"] == pytest.approx(s["stick_area_mm2"] / s["contact_area_mm2"], rel=1e-12)
     counted = np.count_nonzero(f["state"]) * area * 1e6
@@ -222,7 +222,7 @@ def test_isothermal_normal_state_is_hertz(aspect):
     problem = rolling(grid=128, geometry=ellipse(aspect), creepage=(5e-4, 0.0))
     result, hertz = solved(problem), DerivedQuantities(problem).hertz
     f, s = result.isothermal.fields, result.isothermal.scalars
-    assert result.hertz["hertz_a_mm"] / result.hertz["hertz_b_mm"] == pytest.approx(aspect, rel=1e-9)
+    assert result.of_problem["hertz_a_mm"] / result.of_problem["hertz_b_mm"] == pytest.approx(aspect, rel=1e-9)
     assert s["gamma_p"] == pytest.approx(1.0, abs=2e-4)
     assert s["gamma_c"] == pytest.approx(1.0, abs=5e-3)
     assert s["approach_um"] == pytest.approx(hertz.approach * 1e6, rel=1e-4)
@@ -255,7 +255,7 @@ def test_plan_tells_before_solving_what_will_be_done():
     assert plan.grid == (64, 64) and plan.memory_bytes > 0 and plan.seconds > 0.0
     result = solved(VARIED["hot"])
     for name in INPUTS:
-        assert plan.facts[name] == result.hertz[name]
+        assert plan.facts[name] == result.of_problem[name]
     assert plan.skipped == result.work["skipped"]
     for problem in VARIED.values():
         other = make_plan(problem)

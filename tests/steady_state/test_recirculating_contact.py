@@ -11,7 +11,7 @@ from tests.support.scenes import rolling, solved, twin_disc, wheel_on_rail
 from thermoroll_cli.heat.recirculation import Track
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, Recirculation
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, ReturningTrack
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -37,7 +37,7 @@ def test_wheel_on_rail():
 @pytest.mark.parametrize("share, turns", [(0.99, True), (0.999, False)])
 def test_a_body_that_a_force_stops_brings_no_heat_back(share: float, turns: bool) -> None:
     soft = Material(2e6, 0.49, conductivity=0.2, expansion=1e-4, diffusivity=1e-7)
-    heating = Heating(deformation=False, upper_track=Recirculation(width=0.04, convection=10.0))
+    heating = Heating(deformation=False, upper_track=ReturningTrack(width=0.04, convection=10.0))
     motion = Motion(1e-3, None, force_x=40.0 * share)
     spheres, grid = Geometry(0.02, 0.02, 0.02, 0.02), Numerics(grid=(16, 16))
     problem = Problem(soft, soft, spheres, 20.0, Friction(2.0), motion, heating, grid)
@@ -68,7 +68,7 @@ def test_equal_discs_share_evenly_and_the_cooler_one_takes_more():
 def test_the_crown_acts_back_where_it_matters():
     """Polymer bodies: the thermal crown lifts the middle of the track, and the contact gets narrower across."""
     body = Material(4e9, 0.4, 0.25, 47e-6, 0.14e-6)
-    tracks = {f"{b}_track": Recirculation(0.01, convection=50.0) for b in ("lower", "upper")}
+    tracks = {f"{b}_track": ReturningTrack(0.01, convection=50.0) for b in ("lower", "upper")}
     problem = rolling(grid=32, body=body, geometry=Geometry(0.02, 0.02, 0.02, math.inf), load=60.0, friction=0.3, speed=4.0,
                       creepage=(0.05, 0.0), heating=Heating(partition="matched", **tracks))
     plan = make_plan(problem)
@@ -94,8 +94,8 @@ def test_a_crown_that_does_not_matter_is_skipped_and_said_so():
     ("problem", "word"),
     [
         (wheel_on_rail(partition=0.5), "fixed thermal.partition"),
-        (twin_disc(lower_track=Recirculation(0.003, resistance=1.0)), "wider than the body"),
-        (wheel_on_rail(upper_track=Recirculation(0.135, convection=1e4)), "Biot"),
+        (twin_disc(lower_track=ReturningTrack(0.003, resistance=1.0)), "wider than the body"),
+        (wheel_on_rail(upper_track=ReturningTrack(0.135, convection=1e4)), "Biot"),
     ],
 )
 def test_warnings(problem, word):
@@ -166,7 +166,7 @@ def test_a_ring_brings_heat_back_through_its_bore():
     assert 0.99 < bore.entry_temperature(flux)[8] / rim.entry_temperature(flux)[8] < 0.9999
     assert np.ptp(bore.entry_bulge(flux)) < np.ptp(rim.entry_bulge(flux))
     with pytest.raises(ValueError, match="ring"):
-        make_plan(replace(ring, heating=replace(ring.heating, lower_track=Recirculation(0.01, convection=30.0))))
+        make_plan(replace(ring, heating=replace(ring.heating, lower_track=ReturningTrack(0.01, convection=30.0))))
 
 
 def test_off_is_off():

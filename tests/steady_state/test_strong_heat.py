@@ -58,7 +58,7 @@ def on(result, state):
     """Elements and their area (m²), and the middle of the contact along x and y in semi-axes."""
     area = (state.x[1] - state.x[0]) * (state.y[1] - state.y[0])
     inside = state.fields["state"] > 0
-    semi_axes = 1e-3 * result.hertz["hertz_a_mm"], 1e-3 * result.hertz["hertz_b_mm"]
+    semi_axes = 1e-3 * result.of_problem["hertz_a_mm"], 1e-3 * result.of_problem["hertz_b_mm"]
     middle = [0.5 * (c[0] + c[-1]) / half for c, half in zip(
         (state.x[inside.any(axis=1)], state.y[inside.any(axis=0)]), semi_axes, strict=True)]
     return inside, area, middle
@@ -79,7 +79,7 @@ def test_the_domain_follows_a_contact_that_shrinks():
         assert np.allclose(middle, 0.0, atol=0.02)
     assert result.isothermal.scalars["gamma_c"] == pytest.approx(1.0, rel=1e-3)
     cold = result.isothermal.fields["pressure"]
-    assert cold.max() == pytest.approx(1e6 * result.hertz["hertz_p0_MPa"], rel=2e-3)
+    assert cold.max() == pytest.approx(1e6 * result.of_problem["hertz_p0_MPa"], rel=2e-3)
     assert (result.isothermal.fields["state"][cold > 0] == 2).all()
 
 
@@ -121,7 +121,7 @@ def test_the_domain_follows_to_either_side():
     right, left = (solved(partly_sliding(32, spin=spin)) for spin in (-8.0, 8.0))
     assert right.converged and left.converged and right.own_grids
     loads = [(r.coupled.fields["pressure"].sum(axis=0) * r.y).sum() / r.coupled.fields["pressure"].sum() for r in (right, left)]
-    assert abs(loads[0]) > 0.03e-3 * right.hertz["hertz_b_mm"]
+    assert abs(loads[0]) > 0.03e-3 * right.of_problem["hertz_b_mm"]
     assert loads[0] == pytest.approx(-loads[1], rel=1e-3)
     np.testing.assert_allclose(right.y, -left.y[::-1], atol=1e-12)
     np.testing.assert_allclose(right.x, left.x, atol=1e-12)

@@ -120,9 +120,9 @@ def test_a_layer_of_the_bodys_material_changes_nothing() -> None:
     """But for the depths of the peak's search; both bodies keep Hertz's contact."""
     plain = solved(STEEL, STEEL)
     alike = solved(STEEL, replace(STEEL, layers=(Layer(1e-4, STEEL.youngs_modulus, STEEL.poisson_ratio),)))
-    assert alike.hertz["hertz_p0_MPa"] == plain.hertz["hertz_p0_MPa"]
+    assert alike.of_problem["hertz_p0_MPa"] == plain.of_problem["hertz_p0_MPa"]
     for name, value in plain.subsurface.scalars.items():
-        assert alike.subsurface.scalars[name] == pytest.approx(value, rel=3e-4, abs=2e-4 * plain.hertz["hertz_p0_MPa"]), name
+        assert alike.subsurface.scalars[name] == pytest.approx(value, rel=3e-4, abs=2e-4 * plain["hertz_p0_MPa"]), name
     assert alike.subsurface.scalars["interface_shear_max_upper_MPa"] > 0.0
 
 

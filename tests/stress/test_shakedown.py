@@ -89,7 +89,7 @@ def test_largest_over_depth_finds_the_top_of_a_parabola_and_leaves_the_surface_o
 def test_shakedown_limit_of_circular_contacts(friction: float, expected: float) -> None:
     result = solve(strong_circle(friction))
     below = result.subsurface.scalars["shakedown_k_below_lower_MPa"]
-    assert result.hertz["hertz_p0_MPa"] / below == pytest.approx(expected, rel=7e-4)
+    assert result.of_problem["hertz_p0_MPa"] / below == pytest.approx(expected, rel=7e-4)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.2])
@@ -98,9 +98,9 @@ def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
     farther down; there against those of a domain that is wide by itself."""
     wanted = next(h for h in REFERENCE["hertz"] if (h["a"], h["b"], h["mu_x"], h["mu_y"]) == (1, 1, friction, 0))
     result = solve(strong_circle(friction))
-    body, p0 = result.subsurface.bodies["lower"], result.hertz["hertz_p0_MPa"] * 1e6
+    body, p0 = result.subsurface.bodies["lower"], result.of_problem["hertz_p0_MPa"] * 1e6
     relative = np.array(wanted["depths_over_smaller_semi_axis"][1:])
-    depths = relative * result.hertz["hertz_a_mm"] * 1e-3
+    depths = relative * result.of_problem["hertz_a_mm"] * 1e-3
     wide = solve(replace(strong_circle(friction), numerics=Numerics((160, 160), extent=5.5))).subsurface.bodies["lower"]
     for name, factor, column, last in (("shakedown_k", SQRT3, "shakedown", 2.0), ("alternating_k", SQRT3, "ball_5d", 0.8),
                                        ("dang_van", 1.0, "dang_van_0p3", 0.35)):
@@ -116,7 +116,7 @@ def test_strength_compares_with_what_is_needed_and_has_estimates() -> None:
     scalars, error = coarse.subsurface.scalars, coarse.subsurface.error
     assert scalars["shakedown_factor_lower"] == pytest.approx(200.0 / scalars["shakedown_k_lower_MPa"])
     utilised = abs(coarse.coupled.scalars["force_x_N"]) / 65.0
-    assert scalars["fatigue_index_surface_lower"] == pytest.approx(utilised - 200.0 / coarse.hertz["hertz_p0_MPa"], rel=1e-9)
+    assert scalars["fatigue_index_surface_lower"] == pytest.approx(utilised - 200.0 / coarse["hertz_p0_MPa"], rel=1e-9)
     pressure = coarse.coupled.scalars["pressure_max_MPa"]
     for name in ("shakedown_k_below_lower_MPa", "alternating_k_below_lower_MPa", "dang_van_max_below_lower_MPa",
                  "shakedown_k_surface_lower_MPa", "dang_van_max_surface_lower_MPa"):

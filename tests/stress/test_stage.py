@@ -33,9 +33,9 @@ def solved(request=None, **given):
 
 def peak(result, body, prefix=""):
     """Largest von Mises stress over p₀, and its x, y and depth over the smaller semi-axis."""
-    scalars, unit = result.subsurface.scalars, min(result.hertz["hertz_a_mm"], result.hertz["hertz_b_mm"])
+    scalars, unit = result.subsurface.scalars, min(result.of_problem["hertz_a_mm"], result.of_problem["hertz_b_mm"])
     places = [scalars[f"{prefix}von_mises_{axis}_{body}_mm"] / unit for axis in ("x", "y", "depth")]
-    return scalars[f"{prefix}von_mises_max_{body}_MPa"] / result.hertz["hertz_p0_MPa"], *places
+    return scalars[f"{prefix}von_mises_max_{body}_MPa"] / result.of_problem["hertz_p0_MPa"], *places
 
 
 @pytest.mark.parametrize("grid", [33, 64])
@@ -86,14 +86,14 @@ def test_contact_like_a_line():
     """a/b = 0.02: von Mises on the axis as by quadrature; the range of σ_xz is that of a line, p₀/2 at a/2."""
     result = solved(grid=64, body=BODY, friction=0.0, geometry=ellipse(0.02), request=SubsurfaceRequest(("lower",)))
     largest, *_, depth = peak(result, "lower")
-    a, b = result.hertz["hertz_a_mm"], result.hertz["hertz_b_mm"]
+    a, b = result.of_problem["hertz_a_mm"], result.of_problem["hertz_b_mm"]
     on_axis = {z: float(von_mises(below_the_middle(a, b, z * a, 0.3))) for z in (depth - 0.02, depth, depth + 0.02)}
     assert largest == pytest.approx(on_axis[depth], abs=1e-4)
     below, here, above = on_axis.values()
     assert depth - 0.02 * 0.5 * (above - below) / (above - 2.0 * here + below) == pytest.approx(depth, abs=2e-3)
     assert largest == pytest.approx(MAXIMA["line_vonMises_max"][0], rel=0.01)
     scalars = result.subsurface.scalars
-    assert scalars["orthogonal_shear_range_max_lower_MPa"] / result.hertz["hertz_p0_MPa"] == pytest.approx(0.5, abs=5e-4)
+    assert scalars["orthogonal_shear_range_max_lower_MPa"] / result.of_problem["hertz_p0_MPa"] == pytest.approx(0.5, abs=5e-4)
     assert scalars["orthogonal_shear_range_depth_lower_mm"] / a == pytest.approx(0.5, abs=2e-3)
 
 
@@ -108,7 +108,7 @@ def test_stresses_of_another_program(name):
         load=given["normal_N"], friction=given["friction_coefficient"] if case["tangential"] else 0.0,
         creepage=(given["creepage_longitudinal"], 0.0),
     )  # fmt: skip
-    a, allowed = case["a_mm"] / 1e3, 2e-3 * result.hertz["hertz_p0_MPa"]
+    a, allowed = case["a_mm"] / 1e3, 2e-3 * result.of_problem["hertz_p0_MPa"]
     for point in case["points_plane_y0"]:
         side = "upper" if point["z_over_a"] > 0.0 else "lower"
         stresses = result.subsurface.bodies[side]
@@ -264,7 +264,7 @@ def test_error_estimates_cover_coarse_grids():
     seen = covered = 0
     for given in cases:
         fine = solved(SubsurfaceRequest(("lower",)), grid=48, **given)
-        unit = min(fine.hertz["hertz_a_mm"], fine.hertz["hertz_b_mm"])
+        unit = min(fine.of_problem["hertz_a_mm"], fine.of_problem["hertz_b_mm"])
         coarse = solved(SubsurfaceRequest(("lower",)), grid=16, **given).subsurface
         for name, error in coarse.error.items():
             scale = fine.coupled.scalars["pressure_max_MPa"] if name.endswith("_MPa") else unit

@@ -27,7 +27,7 @@ from scripts.problems import (
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem, Recirculation, Strength, SubsurfaceRequest
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem, ReturningTrack, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 
@@ -106,7 +106,7 @@ class Dimensionless:
     def of(cls, result: Result) -> Dimensionless:
         problem, s = result.problem, result.isothermal.scalars
         limit = problem.traction_limit
-        mean_radius = math.sqrt(result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"])
+        mean_radius = math.sqrt(result.of_problem["hertz_a_mm"] * result.of_problem["hertz_b_mm"])
         return cls(
             s["force_x_N"] / limit,
             s["force_y_N"] / limit,
@@ -127,7 +127,7 @@ def rolled(case: str, grid: int) -> Dimensionless:
 # --- bodies that turn, and that are strong -----------------------------------------------------------------------------
 
 
-WHEEL = Recirculation(0.135, convection=30.0)
+WHEEL = ReturningTrack(0.135, convection=30.0)
 BODY = Material(210e9, 0.3, 50.0, 12e-6, 13e-6)
 
 
@@ -140,7 +140,7 @@ def wheel_on_rail(grid=32, **heating):
 
 
 def twin_disc(grid=32, resistance=(1.0, 1.0), motion=None, **heating):
-    tracks = [Recirculation(0.01, resistance=r) for r in resistance]
+    tracks = [ReturningTrack(0.01, resistance=r) for r in resistance]
     settings = {"partition": "matched", "lower_track": tracks[0], "upper_track": tracks[1], **heating}
     problem = rolling(grid=grid, geometry=Geometry(0.035, 0.1, 0.035, 0.1), load=600.0, speed=2.0, heating=Heating(**settings))
     return replace(problem, motion=motion or Motion(2.0, 0.02))

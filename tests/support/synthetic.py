@@ -63,7 +63,7 @@ def result(
         problem=problem(aspect=aspect, heat=heat, deformation=deformation, title=title),
         coupled=coupled,
         isothermal=isothermal,
-        hertz={"hertz_a_mm": a0 * 1e3, "hertz_b_mm": b0 * 1e3, "hertz_p0_MPa": p0 * 1e-6,
+        of_problem={"hertz_a_mm": a0 * 1e3, "hertz_b_mm": b0 * 1e3, "hertz_p0_MPa": p0 * 1e-6,
                "friction_limit_N": FRICTION * LOAD, "peclet_lower": peclet, "peclet_upper": peclet,
                "kalker_C11": 4.3, "kalker_C22": 3.7, "kalker_C23": 1.5},
         converged=converged,

@@ -22,7 +22,7 @@ import pytest
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
 from tests.support.datasets import datasets
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.sweeps.table import OVER_LIMIT
 from thermoroll_cli.tasks.runner import Item, _Cluster
 
@@ -101,7 +101,7 @@ def test_one_file_per_point_a_table_a_picture(serial: Swept) -> None:
 
 def test_columns_have_the_public_names(serial: Swept) -> None:
     states = [f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS]
-    scalars = [*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT]
+    scalars = [*SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT]
     every = [KEY, "status", "reason", "unbounded", "warnings", *scalars, *states, "work.grid", "work.applications", "file"]
     # Without those that hold no number at any point.
     assert list(serial.rows[0]) == [name for name in every if name in serial.rows[0]]
@@ -120,7 +120,7 @@ def test_json_table_and_files_agree_and_are_in_order(serial: Swept) -> None:
         assert record["status"] == row["status"] == "converged"
         assert record["over"] == {KEY: float(row[KEY])}
         assert record["files"] == [str(path)]
-        for name in (*SCALARS, *HERTZ_SCALARS):
+        for name in (*SCALARS, *PROBLEM_SCALARS):
             value = stored.summary()[name]
             assert record[name] == (None if math.isnan(value) else value)
             assert row.get(name, "") == ("" if math.isnan(value) else repr(value))

@@ -47,7 +47,7 @@ def test_full_sliding_wears_in_proportion_to_pressure() -> None:
     assert scalars["wear_rate_upper_mm3_m"] == pytest.approx(RATE * LOAD * CREEPAGE * 1e9, rel=1e-5)
     assert scalars["wear_depth_max_upper_nm"] * 1e-9 == pytest.approx(first["depth_per_pass_centre_m"], rel=2e-3)
     assert scalars["wear_area_lower_um2"] == 0.0
-    hertz = result.hertz
+    hertz = result.of_problem
     y = result.y
     exact = (0.5 * math.pi * CREEPAGE * hertz["hertz_p0_MPa"] * 1e6 * hertz["hertz_a_mm"] * 1e-3
              * np.maximum(1.0 - (y / (hertz["hertz_b_mm"] * 1e-3)) ** 2, 0.0))

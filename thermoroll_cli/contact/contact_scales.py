@@ -210,11 +210,11 @@ def _solve(
     is the start: the solution on another box, or how deep (m) rigid bodies overlap."""
     nx, ny = COARSE_GRID
     grid = Grid.over(COARSE_GRID, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high), box.centre_x)
-    tilt = approach_weight(geometry, grid.y)
-    gap = geometry.gap(grid.x, grid.y) / tilt
+    cosine = approach_weight(geometry, grid.y)
+    gap = geometry.gap(grid.x, grid.y) / cosine
     start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
              else np.sqrt(np.maximum(OVERLAP_SHARE * before - gap, 0.0)))
-    solver = NormalSolver(grid, bodies.contact_modulus, bodies.coatings, tilt, bodies.relaxing)
+    solver = NormalSolver(grid, bodies.contact_modulus, bodies.coatings, cosine, bodies.relaxing)
     solution = solver.solve(gap, given, start, COARSE_TOLERANCE)
     share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
@@ -242,7 +242,7 @@ def _solve(
     # Rounding in the centre would end the symmetry of profiles that wear on such a grid.
     centre = 0.0 if mirror else float(0.5 * (low + high))
     ends = bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])
-    peak = peak_value(solution.pressure / tilt)
+    peak = peak_value(solution.pressure / cosine)
     scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak, solution.approach, solver.load(solution.pressure),
                            area, math.sqrt(area / math.pi), centre, ends, limits, solution.converged, float(centre_x),
                            0.0 if mirror else float(grid.y @ solution.pressure.sum(axis=0) / solution.pressure.sum()))

@@ -70,17 +70,17 @@ class RefinedContact:
 class NormalSolver:
     """Keeps Love's kernel and the plans for one grid. `applications` counts convolutions.
 
-    With `coatings`, `contact_modulus` is that of the surfaces' materials. If the common surface is inclined, `tilt`
+    With `coatings`, `contact_modulus` is that of the surfaces' materials. If the common surface is inclined, `cosine`
     (ny,) is the cosine w of its inclination: pressures are then w p, which carry the load, and gaps and displacements are those
     along the normals over w, which an approach closes evenly."""
 
     def __init__(
-        self, grid: Grid, contact_modulus: float, coatings: Coatings | None = None, tilt: Array | None = None,
+        self, grid: Grid, contact_modulus: float, coatings: Coatings | None = None, cosine: Array | None = None,
         relaxing: Relaxing | None = None,
     ) -> None:
         nx, ny = grid.shape
         self.grid = grid
-        self._tilt = None if tilt is None or (tilt == 1.0).all() else tilt
+        self._cosine = None if cosine is None or (cosine == 1.0).all() else cosine
         self.contact_modulus, self._border_trust, self._coated = contact_modulus, 1.0, coatings is not None
         self.applications = 0
         self._blocks: Blocks | None = None
@@ -113,9 +113,9 @@ class NormalSolver:
     def displacement(self, pressure: Array) -> Array:
         """u_z^e = A p in m, by free-space convolution (Eq. 6)."""
         self.applications += 1
-        hat = self._convolution.forward(pressure if self._tilt is None else pressure / self._tilt, out=self._hat)
+        hat = self._convolution.forward(pressure if self._cosine is None else pressure / self._cosine, out=self._hat)
         displacement = self._convolution.inverse(multiply(hat, self._kernel, out=hat))
-        return displacement if self._tilt is None else displacement / self._tilt
+        return displacement if self._cosine is None else displacement / self._cosine
 
     def _respond(self, pressure: Array, _: Mask) -> Array:
         return self.displacement(pressure)

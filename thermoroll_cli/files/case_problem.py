@@ -150,11 +150,11 @@ def _friction_law(table: model.FrictionTable, at_rest: float, largest: float) ->
                    half_slip=table.half_slip_m_s or 0.0)
 
 
-def _recirculation(table: model.RecirculationTable | None, radius: float) -> si.Recirculation | None:
+def _recirculation(table: model.RecirculationTable | None, radius: float) -> si.ReturningTrack | None:
     if table is None or not table.recirculate:
         return None
     width = 2.0 * abs(radius) if table.width_mm is None else table.si("width_mm")
-    return si.Recirculation(width, table.passes_per_revolution, table.convection_W_m2K, table.thermal_resistance_K_W)
+    return si.ReturningTrack(width, table.passes_per_revolution, table.convection_W_m2K, table.thermal_resistance_K_W)
 
 
 def _subsurface(table: model.SubsurfaceTable | None, strength: model.StrengthTable | None) -> si.SubsurfaceRequest | None:

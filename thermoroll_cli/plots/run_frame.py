@@ -154,7 +154,7 @@ class RunFrame:
     def lengths(self) -> tuple[AxisScale, AxisScale]:
         """Scales of x and y: over the Hertz semi-axes, or in one unit for both unless the domain is so long that it cannot be
         drawn to scale anyway."""
-        hertz = self.result.hertz
+        hertz = self.result.of_problem
         if self.normalised and math.isfinite(hertz["hertz_a_mm"]):
             return AxisScale(1e3 / hertz["hertz_a_mm"], "", "x/a₀"), AxisScale(1e3 / hertz["hertz_b_mm"], "", "y/b₀")
         left, right, bottom, top = self.domain
@@ -177,7 +177,7 @@ class RunFrame:
 
     def scale(self, quantity: Quantity, largest: float) -> AxisScale:
         """The scale of a quantity with values up to `largest` (SI)."""
-        divisor = {"Pa": self.result.hertz["hertz_p0_MPa"] * 1e6, "W/m2": self.heat_scale}.get(quantity.unit, math.nan)
+        divisor = {"Pa": self.result.of_problem["hertz_p0_MPa"] * 1e6, "W/m2": self.heat_scale}.get(quantity.unit, math.nan)
         if self.normalised and math.isfinite(divisor):
             return AxisScale(1.0 / divisor, "", quantity.words, quantity.normalised)
         factor, unit = unit_for(quantity.unit, largest)

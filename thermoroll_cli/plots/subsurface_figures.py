@@ -87,7 +87,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
 
 def _stress_scale(frame: RunFrame) -> AxisScale:
     """Stresses over Hertz's peak pressure, or the largest pressure of bodies with profiles."""
-    peak = frame.result.hertz["hertz_p0_MPa"]
+    peak = frame.result.of_problem["hertz_p0_MPa"]
     if math.isfinite(peak):
         return AxisScale(1e-6 / peak, "", r"von Mises stress $\sigma_\mathrm{vM}/p_0$")
     return AxisScale(1e-6 / frame.result.coupled.scalars["pressure_max_MPa"], "",

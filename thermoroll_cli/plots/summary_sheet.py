@@ -32,7 +32,7 @@ from thermoroll_cli.plots.run_frame import (
     limits_of,
     unit_for,
 )
-from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity, Scalar
+from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS, Quantity, Scalar
 from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, scalar_text
 
 COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 270.0 * style.MM
@@ -129,7 +129,7 @@ def _rows(frame: RunFrame) -> list[Row]:
     """Rows of the table: words, the value without thermal deformation, the value, its error. Rows of zeros are left out, and
     bodies that are alike share a row."""
     result, two = frame.result, len(frame.states) > 1
-    summary, hertz = result.summary(), math.isfinite(result.hertz["hertz_p0_MPa"])
+    summary, hertz = result.summary(), math.isfinite(result.of_problem["hertz_p0_MPa"])
     rows: list[Row] = [("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")]
     for name, scalar in SCALARS.items():
         if not any(computed(state.state.scalars.get(name)) for state in frame.states) or repeats(name, summary):
@@ -142,8 +142,8 @@ def _rows(frame: RunFrame) -> list[Row]:
         elif {first, shown} - {"", "0", "–"}:
             rows.append((words, *numbers))
     rows.append(("", "", "", ""))
-    rows += [(_words(scalar, hertz), "", style.readable(number(value)), "") for name, scalar in HERTZ_SCALARS.items()
-             if computed(value := result.hertz.get(name)) and value != 0.0]
+    rows += [(_words(scalar, hertz), "", style.readable(number(value)), "") for name, scalar in PROBLEM_SCALARS.items()
+             if computed(value := result.of_problem.get(name)) and value != 0.0]
     return rows
 
 

@@ -301,7 +301,7 @@ QUANTITIES = {quantity.name: quantity for quantity in (
 )}  # fmt: skip
 """Quantities that the pictures of a run show, in their order."""
 
-HERTZ_SCALARS = _scalars(
+PROBLEM_SCALARS = _scalars(
     Scalar("hertz_a_mm", "Hertz semi-axis along x"),
     Scalar("hertz_b_mm", "Hertz semi-axis along y"),
     Scalar("hertz_p0_MPa", "Hertz peak pressure"),
@@ -316,7 +316,7 @@ HERTZ_SCALARS = _scalars(
     Scalar("creepage_at_creep_force_max", "creepage at the maximum of the creep curve", listed=_falling),
     Scalar("creepage_falling_branch", "creepage of the same force beyond the maximum"),
 )
-"""Scalars that belong to the inputs and not to a state."""
+"""Scalars that belong to the problem and not to a state: of Hertz's contact, of Kalker's theory, of the creep curve."""
 
 STRESSES = ("stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_xz", "stress_yz")
 
@@ -459,7 +459,7 @@ PATCH_SCALARS |= {name: replace(scalar, listed=scalar.listed or name in ALSO_LIS
                   if not scalar.in_axes and name not in PATCH_SCALARS}
 """Scalars of a patch of a wheelset, in track axes, in the order they are reported."""
 
-ALL_SCALARS = SCALARS | HERTZ_SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS
+ALL_SCALARS = SCALARS | PROBLEM_SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS
 
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column of a sweep → scalar in N."""

@@ -125,7 +125,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Recirculation:
+class ReturningTrack:
     """A body that turns and whose heated track returns to the contact: its `width` (m), contacts per revolution, and either
     `convection` (W/m²K) on rim and ends or the thermal `resistance` (K/W) of the whole body."""
 
@@ -154,8 +154,8 @@ class Heating:
     partition: Partition = 0.5
     bulk_lower: float = 0.0
     bulk_upper: float = 0.0
-    lower_track: Recirculation | None = None
-    upper_track: Recirculation | None = None
+    lower_track: ReturningTrack | None = None
+    upper_track: ReturningTrack | None = None
 
     @property
     def recirculates(self) -> bool:

@@ -134,7 +134,7 @@ class Result:
     - `problem`: the question, in SI units;
     - `coupled`, `isothermal`: the states with and without thermal deformation; the same object if heat does not change the
       contact. If the domain has followed a heated contact each has its own grid;
-    - `hertz`: numbers of Hertz's contact, with their units in their names;
+    - `of_problem`: scalars that belong to the problem and not to a state (`names.PROBLEM_SCALARS`);
     - `converged`, `reason`: whether the result can be trusted, and if not, why;
     - `error`: estimated discretisation error of each scalar, over the scale of that scalar (`error_scale`);
     - `work`: plain JSON types: grid, iterations, operator applications, seconds by stage, skipped stages with reasons;
@@ -156,7 +156,7 @@ class Result:
     problem: Problem
     coupled: State
     isothermal: State
-    hertz: Mapping[str, float]
+    of_problem: Mapping[str, float]
     converged: bool
     reason: str
     error: Mapping[str, float]
@@ -191,8 +191,8 @@ class Result:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Scalars of the coupled state, of the inputs and below the surface; nan if not computed."""
-        return {**self.coupled.scalars, **self.hertz, **({} if self.subsurface is None else self.subsurface.scalars)}
+        """Scalars of the coupled state, of the problem and below the surface; nan if not computed."""
+        return {**self.coupled.scalars, **self.of_problem, **({} if self.subsurface is None else self.subsurface.scalars)}
 
     @property
     def scalars(self) -> Mapping[str, float]:
@@ -313,7 +313,7 @@ class Result:
         variables = {name: (("x", "y"), values, {"units": FIELDS[name].unit, "long_name": FIELDS[name].meaning})
                      for name, values in chosen.fields.items()}
         coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
-        return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.hertz, "converged": int(self.converged)})
+        return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.of_problem, "converged": int(self.converged)})
 
     def _repr_html_(self) -> str:
         """A table of the scalars that `thermoroll run` prints, for notebooks."""

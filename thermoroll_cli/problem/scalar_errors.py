@@ -31,7 +31,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | stresses below the surface; places and depths | the largest pressure; the smaller Hertz semi-axis |
     | anything else | its value |
 
-    `summary` has the scalars of one state and those of the inputs (`SCALARS` and `HERTZ_SCALARS`), as in
+    `summary` has the scalars of one state and those of the problem (`SCALARS` and `PROBLEM_SCALARS`), as in
     `Result.summary()`. nan if a scalar that the scale needs is missing.
     """
     match ALL_SCALARS[name].scale if name in ALL_SCALARS else "value":

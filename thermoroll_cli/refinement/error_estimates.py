@@ -24,7 +24,7 @@ from thermoroll_cli.problem.names import SCALARS, Scalar, holds, of_kind
 from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
 from thermoroll_cli.refinement.plan import Plan
-from thermoroll_cli.refinement.scalars import input_scalars
+from thermoroll_cli.refinement.scalars import problem_scalars
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 Levels = Sequence[Mapping[str, float]]
@@ -126,7 +126,7 @@ def estimates(
     nan for what is given or `without` an estimate and for one grid alone, 0 for what symmetry makes zero. Creepages that are
     found for a force, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a
     circle), so the error of √γ_st is added to theirs."""
-    summary = {**levels[-1], **input_scalars(derived)}
+    summary = {**levels[-1], **problem_scalars(derived)}
     has_traction = derived.kinematics.has_traction
     resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
     unseen = unseen_stick(resolution, levels, derived)

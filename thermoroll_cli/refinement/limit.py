@@ -111,6 +111,6 @@ def with_maximum(result: Result, maximum: CreepMaximum) -> Result:
     if not math.isnan(maximum.falling):
         warnings = (*warnings, f"the same force is also carried at a creepage of {maximum.falling:.3g}, on the falling branch "
                                "of the creep curve; the result is the state on the rising one")
-    return replace(result, warnings=warnings, hertz={
-        **result.hertz, "creep_force_max_N": maximum.force, "creepage_at_creep_force_max": maximum.creepage,
+    return replace(result, warnings=warnings, of_problem={
+        **result.of_problem, "creep_force_max_N": maximum.force, "creepage_at_creep_force_max": maximum.creepage,
         "creepage_falling_branch": maximum.falling})

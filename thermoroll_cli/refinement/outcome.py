@@ -14,7 +14,7 @@ from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, estimates, missed_accuracy, reported
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.plan import Plan, first_of_both
-from thermoroll_cli.refinement.scalars import input_scalars, patches_of
+from thermoroll_cli.refinement.scalars import patches_of, problem_scalars
 from thermoroll_cli.refinement.sharp_places import sharp_places
 from thermoroll_cli.refinement.warnings import feedback_warning, inner_heat_warning, unresolved_coatings, warnings_after
 
@@ -62,7 +62,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
         problem=problem,
         coupled=coupled,
         isothermal=coupled if hot is cold else replace(isothermal.reported, scalars=final(scalars_by_level(cold), derived)),
-        hertz=input_scalars(derived),
+        of_problem=problem_scalars(derived),
         converged=not reasons,
         reason="; ".join(reasons),
         error=errors,

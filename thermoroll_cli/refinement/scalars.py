@@ -13,7 +13,7 @@ from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficient
 from thermoroll_cli.heat.frictional_heat import Heat, divide
 from thermoroll_cli.numerics.grid import Grid, between_sides, patches_across, peak_inside, peak_value, value_at
 from thermoroll_cli.problem.contact import Contact, Traction
-from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.problem import BODIES, Heating, Problem, WornBody
 from thermoroll_cli.problem.result import State
 from thermoroll_cli.rolling.element_borders import stick_share
@@ -29,10 +29,10 @@ ROUNDING = 1e-12
 temperature), the crown of a track that is expanded evenly (of its expansion)."""
 
 
-def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
-    """The scalars of `HERTZ_SCALARS`: known before anything is solved; nan where there is no ellipse."""
+def problem_scalars(derived: DerivedQuantities) -> dict[str, float]:
+    """The scalars of `PROBLEM_SCALARS`: known before anything is solved; nan where there is no ellipse."""
     problem = derived.problem
-    scalars = dict.fromkeys(HERTZ_SCALARS, math.nan) | {
+    scalars = dict.fromkeys(PROBLEM_SCALARS, math.nan) | {
         "friction_limit_N": problem.traction_limit,
         **dict(zip(("peclet_lower", "peclet_upper"), peclet_numbers(derived), strict=True)),
     }
@@ -382,7 +382,7 @@ def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[st
         force = (contact.tangential.traction * here).sum(axis=(1, 2)) * grid.element_area
         out.append({
             "y_mm": float((pressure.sum(axis=0) * lateral).sum() / pressure.sum()) * 1e3,
-            "normal_N": float((pressure * discretisation.pressure.tilt).sum()) * grid.element_area,
+            "normal_N": float((pressure * discretisation.pressure.cosine).sum()) * grid.element_area,
             "force_x_N": float(force[0]),
             "force_y_N": float(force[1]),
             "area_mm2": float(covered.sum()) * grid.element_area * 1e6,

@@ -341,27 +341,27 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     loaded = contact & (normal.pressure > 0.0)
     per_pressure = np.where(loaded, heat.flux / np.where(loaded, normal.pressure, 1.0), 0.0)
     share = heat.mean_share if np.isfinite(heat.mean_share) else 0.5
-    tilt = discretisation.pressure.tilt
+    cosine = discretisation.pressure.cosine
 
     given = discretisation.derived.given
     at_approach = isinstance(given, Approach)
 
     def expand(pressure: Array, contact: Mask) -> Array:
-        expansion = heat.response.displacement(DividedHeat(per_pressure * pressure / tilt, share))
-        return (discretisation.pressure.without_approach(expansion, contact)[0] if at_approach else expansion) / tilt
+        expansion = heat.response.displacement(DividedHeat(per_pressure * pressure / cosine, share))
+        return (discretisation.pressure.without_approach(expansion, contact)[0] if at_approach else expansion) / cosine
 
-    rest = after.expansion - expand(normal.pressure * tilt, contact) * tilt
+    rest = after.expansion - expand(normal.pressure * cosine, contact) * cosine
     offset = before.offset
     assert offset is not None
     undeformed = discretisation.pressure.undeformed_gap
-    defect = normal.displacement + undeformed - offset - normal.approach * tilt
+    defect = normal.displacement + undeformed - offset - normal.approach * cosine
     # The border apart it is the same everywhere: the approach is that of whole elements.
     middle = np.unravel_index(np.argmax(normal.pressure), contact.shape)
-    defect = np.where(contact, defect, (defect / tilt)[middle] * tilt)
+    defect = np.where(contact, defect, (defect / cosine)[middle] * cosine)
     by_shear = 0.0 if after.shear_displacement is None else after.shear_displacement
     gap = undeformed - rest - by_shear - defect
-    solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap / tilt, given)
-    state = solver.continued(normal.pressure * tilt, tolerance)
+    solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap / cosine, given)
+    state = solver.continued(normal.pressure * cosine, tolerance)
     # If no contact is found even without heat, the result does not limit the heat.
-    return replace(state, pressure=state.pressure / tilt, expansion=state.expansion * tilt + rest,
+    return replace(state, pressure=state.pressure / cosine, expansion=state.expansion * cosine + rest,
                    reached=state.reached if state.reached > 0.0 else 1.0)

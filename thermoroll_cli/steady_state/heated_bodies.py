@@ -17,7 +17,7 @@ from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, KeptTabl
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Material, Problem, Recirculation
+from thermoroll_cli.problem.problem import Material, Problem, ReturningTrack
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 LEAST_SPEED = 1e-2
@@ -72,7 +72,7 @@ def rollers(problem: Problem, creepage_x: float) -> tuple[Roller | None, Roller 
             _roller(heating.upper_track, geometry.upper_radius_x, upper, problem.upper))
 
 
-def _roller(track: Recirculation | None, radius: float, heated: HeatedBody, body: Material) -> Roller | None:
+def _roller(track: ReturningTrack | None, radius: float, heated: HeatedBody, body: Material) -> Roller | None:
     if track is None:
         return None
     return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,

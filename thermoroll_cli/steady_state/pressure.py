@@ -43,13 +43,13 @@ class PressureSolver:
         return self._derived.undeformed_gap(self.grid.x, self.grid.y)
 
     @cached_property
-    def tilt(self) -> Array:
+    def cosine(self) -> Array:
         """cos α across the contact, (ny,) (`approach_weight`)."""
         return approach_weight(self._derived.problem.geometry, self.grid.y)
 
     @cached_property
     def solver(self) -> NormalSolver:
-        return NormalSolver(self.grid, self._derived.problem.contact_modulus, self._derived.coatings, self.tilt,
+        return NormalSolver(self.grid, self._derived.problem.contact_modulus, self._derived.coatings, self.cosine,
                             self._derived.relaxing)
 
     @cached_property
@@ -96,18 +96,19 @@ class PressureSolver:
     def solve(self, offset: Array | None, start: Array, tolerance: float, *, mirrored: bool) -> Pressure:
         """Contact pressure on bodies whose gap is closed by `offset` (m, (nx, ny)) beforehand: thermal expansion, normal
         displacement by shear (None: nothing). `start` (Pa) is where the solver begins; with `mirrored` all is even in y."""
-        tilt, given = self.tilt, self._derived.given
-        gap = (self.undeformed_gap - (0.0 if offset is None else offset)) / tilt
-        solution = self.solver.solve(gap, given, start * tilt, tolerance)
+        cosine, given = self.cosine, self._derived.given
+        gap = (self.undeformed_gap - (0.0 if offset is None else offset)) / cosine
+        solution = self.solver.solve(gap, given, start * cosine, tolerance)
         if not solution.contact.any():
             # Heat on its way to a steady state may part the bodies at a given approach: they carry the load of the start.
-            solution = replace(self.solver.solve(gap, self.solver.load(start * tilt), start * tilt, tolerance), converged=False)
+            load = self.solver.load(start * cosine)
+            solution = replace(self.solver.solve(gap, load, start * cosine, tolerance), converged=False)
         # Load and approach belong to each other on whole elements: their errors on both sides of the border cancel. That is
         # four times closer.
         force = self.solver.load(solution.pressure) if isinstance(given, Approach) else given
         refined = self.solver.refine(solution, gap, force, tolerance, mirrored=mirrored)
-        pressure, covered, displacement, gap = (refined.pressure / tilt, refined.covered, refined.displacement * tilt,
-                                                refined.gap * tilt)
+        pressure, covered, displacement, gap = (refined.pressure / cosine, refined.covered, refined.displacement * cosine,
+                                                refined.gap * cosine)
         if mirrored:
             # They are even but for rounding, which could otherwise add a border element on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
@@ -115,18 +116,18 @@ class PressureSolver:
         peak = peak_value(pressure) if elliptic else peak_inside(pressure, covered, self.at_ends)
         return Pressure(
             pressure, covered, displacement, gap, approach=solution.approach, peak=peak, offset=offset,
-            whole_elements=solution.pressure / tilt, iterations=solution.iterations, converged=solution.converged,
+            whole_elements=solution.pressure / cosine, iterations=solution.iterations, converged=solution.converged,
             touches_rim=self._touches_rim(pressure))
 
     def load(self, normal: Pressure) -> float:
         """Normal force that a pressure carries in N."""
-        return float((normal.pressure * self.tilt).sum()) * self.grid.element_area
+        return float((normal.pressure * self.cosine).sum()) * self.grid.element_area
 
     def without_approach(self, field: Array, covered: Array | Mask) -> tuple[Array, float]:
         """`field` (m) less its mean over the `covered` parts of elements, as an approach would take it out, and that
         approach."""
-        approach = float((field * covered).sum() / (self.tilt * covered).sum())
-        return field - approach * self.tilt, approach
+        approach = float((field * covered).sum() / (self.cosine * covered).sum())
+        return field - approach * self.cosine, approach
 
     @property
     def at_ends(self) -> tuple[bool, bool]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from thermoroll_cli.contact.contact_scales import COARSE_GRID, DOMAIN_OVER_CONTACT, contact_scales
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
-from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation
+from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, ReturningTrack
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 THINNEST = 1e-6
@@ -149,7 +149,7 @@ def _thin_coatings(derived: DerivedQuantities) -> Iterator[Unsolvable]:
                     f"a thickness_um of {THINNEST * width * 1e6:.2g} or more, or no coating: the same contact", "subsurface")
 
 
-def _track(derived: DerivedQuantities, body: BodyName, track: Recirculation) -> Iterator[Unsolvable]:
+def _track(derived: DerivedQuantities, body: BodyName, track: ReturningTrack) -> Iterator[Unsolvable]:
     """The body must turn, the contact must fit on it, and its cooled surface must be known."""
     problem, table, radius_key = derived.problem, f"thermal.{body}", f"geometry.{body}_radius_x_mm"
     radius, creepage = getattr(problem.geometry, f"{body}_radius_x"), problem.motion.creepage_x or 0.0

@@ -34,9 +34,9 @@ from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
-    HERTZ_SCALARS,
     OVER_LIMIT,
     PATCH_SCALARS,
+    PROBLEM_SCALARS,
     SCALARS,
     SUBSURFACE_SCALARS,
     unit_of,
@@ -123,7 +123,7 @@ def failed_summary(reason: str) -> dict[str, Any]:
 
 def _whole(summary: Mapping[str, Any]) -> dict[str, Any]:
     """A record's summary with nan for everything that it lacks."""
-    scalars = dict.fromkeys((*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT), math.nan)
+    scalars = dict.fromkeys((*SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT), math.nan)
     states = {state: dict.fromkeys(SCALARS, math.nan) | summary.get(state, {}) for state in STATES}
     return {**scalars, "work": {}, "warnings": [], "unbounded": [], **summary, **states}
 
@@ -187,7 +187,7 @@ def columns_of(rows: Rows, title: str = "") -> SweepColumns:
     of_assembly = dict.fromkeys(name for row in rows if any("side" in patch for patch in row.summary.get("patches", ()))
                                 for name, value in row.cells().items() if isinstance(value, float) and name not in keys)
     # Arrays need a quarter of the memory of lists.
-    columns |= {name: array("d") for name in (*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, *of_assembly)}
+    columns |= {name: array("d") for name in (*SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT, *below, *prefixed, *of_assembly)}
     columns |= {name: [] for name in (TEXTS[-1], "work.applications", "file")}
     for row in rows:
         cells = row.cells()

@@ -42,8 +42,8 @@ ALONG = np.linspace(-1.0, 1.0, 12)
 
 
 @dataclass(frozen=True)
-class Function:
-    """A surface as a smooth function between its `ends`, through the samples with the numbers `index`."""
+class SurfaceCurve:
+    """The section of a surface as a smooth function between its `ends`, through the samples with the numbers `index`."""
 
     spline: scipy.interpolate.CubicHermiteSpline
     index: NDArray[np.intp]
@@ -56,7 +56,7 @@ class Function:
         return np.asarray(self.spline(at, order))
 
     @staticmethod
-    def through(at: Array, value: Array, d_at: Array, d_value: Array, start: int) -> Function:
+    def through(at: Array, value: Array, d_at: Array, d_value: Array, start: int) -> SurfaceCurve:
         """Through the samples around number `start` on which `at` moves on and the surface is not too steep."""
         forward = np.sign(d_at[start])
         good = (d_at * forward > STEEPEST * np.hypot(d_at, d_value)) & ~np.isnan(value)
@@ -65,7 +65,7 @@ class Function:
         index = np.arange(low, high)[:: 1 if forward > 0 else -1]
         # A corner has two samples.
         index = index[np.concatenate(([True], np.diff(np.maximum.accumulate(at[index])) > SMALLEST_STEP))]
-        return Function(scipy.interpolate.CubicHermiteSpline(at[index], value[index], d_value[index] / d_at[index]), index)
+        return SurfaceCurve(scipy.interpolate.CubicHermiteSpline(at[index], value[index], d_value[index] / d_at[index]), index)
 
 
 @dataclass(frozen=True)
@@ -85,30 +85,30 @@ class PatchSurface:
         _, across, normal = directions(place.angle)
         return np.array([place.y, place.z]), across[1:], normal[1:]
 
-    def _local(self, samples: Array) -> Function:
+    def _local(self, samples: Array) -> SurfaceCurve:
         """Rows y, z, dy, dz as depth along the place's normal over the distance across."""
         origin, across, normal = self._axes
         offset, slope = samples[:2] - origin[:, None], samples[2:]
         distance = np.where(np.isnan(offset[1]), np.inf, np.hypot(*offset))
-        return Function.through(across @ offset, normal @ offset, across @ slope, normal @ slope, int(np.argmin(distance)))
+        return SurfaceCurve.through(across @ offset, normal @ offset, across @ slope, normal @ slope, int(np.argmin(distance)))
 
     @cached_property
-    def rail(self) -> Function:
+    def rail(self) -> SurfaceCurve:
         """The rail in the axes of the place."""
         return self._local(self.facing.rail.samples)
 
     @cached_property
-    def wheel(self) -> Function:
+    def wheel(self) -> SurfaceCurve:
         """The wheel's locus in the axes of the place."""
         return self._local(self.facing.locus[1:])
 
     @cached_property
-    def radius(self) -> Function:
+    def radius(self) -> SurfaceCurve:
         """r(Y), the radius of the wheel in the axes of the wheelset, around the patch."""
         locus, place = self.facing.locus, self.region.place
         distance = np.hypot(locus[1] - place.y, locus[2] - place.z)
         y, r, dy, dr = self.facing.wheel.samples
-        return Function.through(y, r, dy, dr, int(np.nanargmin(distance)))
+        return SurfaceCurve.through(y, r, dy, dr, int(np.nanargmin(distance)))
 
     @cached_property
     def _reference(self) -> tuple[Array, Array, Array, Array]:
@@ -135,7 +135,7 @@ class PatchSurface:
         length, across, depth, angle = self._reference
         return np.interp(s, length, across), np.interp(s, length, depth), np.interp(s, length, angle)
 
-    def _along(self, surface: Function, s: Array) -> Array:
+    def _along(self, surface: SurfaceCurve, s: Array) -> Array:
         """Distance (m) from the reference surface along its normal to a surface in the axes of the place, nan beyond its
         ends."""
         across, depth, angle = self._base(s)

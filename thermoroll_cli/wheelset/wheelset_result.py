@@ -67,7 +67,7 @@ def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> Result:
     of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches for warning in patch.warnings)
     state = State({}, scalars, np.zeros(0), np.zeros(0))
     return Result(
-        problem=solved.problem.contact, coupled=state, isothermal=state, hertz={}, converged=not reasons,
+        problem=solved.problem.contact, coupled=state, isothermal=state, of_problem={}, converged=not reasons,
         reason="; ".join(reasons), error=summed.errors,
         work={"grid": next((patch.work["grid"] for patch in patches), []), "rounds": solved.rounds},
         patches=patches, assembly="wheelset",

@@ -31,7 +31,7 @@ from thermoroll_cli.numerics.convolution import fftw
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     FIELDS,
-    HERTZ_SCALARS,
+    PROBLEM_SCALARS,
     STRENGTH_FIELDS,
     SUBSURFACE_FIELDS,
     SUBSURFACE_SCALARS,
@@ -334,7 +334,7 @@ def _read(group: h5py.Group, with_fields: bool) -> Result:
     # In the order of the declarations: HDF5 has its attributes by alphabet.
     numbers = {name: value for name, value in summary.items() if isinstance(value, int | float)}
     assembly = _python(group.attrs.get("assembly", ""))
-    hertz = {name: numbers.pop(name) for name in HERTZ_SCALARS if name in numbers}
+    of_problem = {name: numbers.pop(name) for name in PROBLEM_SCALARS if name in numbers}
     below = {} if assembly else {name: numbers.pop(name) for name in SUBSURFACE_SCALARS if name in numbers}
     error = _read_attributes(group["summary/error"])
     error_below = {} if assembly else {name: error.pop(name) for name in SUBSURFACE_SCALARS if name in error}
@@ -352,7 +352,7 @@ def _read(group: h5py.Group, with_fields: bool) -> Result:
         problem=_problem_adapter().validate_json(group["input/problem_json"].asstr()[()]),
         coupled=coupled,
         isothermal=isothermal,
-        hertz=hertz,
+        of_problem=of_problem,
         converged=bool(group.attrs["converged"]),
         reason=summary["reason"],
         error=error,
