@@ -12,7 +12,8 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile, smallest_gap, surfaces
 from thermoroll_cli.problem.problem import BODIES, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.worn.evolution import REACHED, WearState, evolution, line_load, worn_apart, worn_geometry
+from thermoroll_cli.worn.evolution import ContactState, evolution, line_load, worn_apart, worn_geometry
+from thermoroll_cli.worn.steps import REACHED
 
 KINDS = ("cubic", "linear", "arcs", "crown", "radius")
 GRIDS = ((16, 16), (24, 24), (32, 32), (20, 33))
@@ -56,7 +57,7 @@ def worn_contact(seed: int) -> Problem:
     return replace(problem, wear=Wear(WornBody(lower, 1.0), WornBody(upper, 2.0), depth=depth))
 
 
-def violations(problem: Problem, last: WearState) -> list[str]:
+def violations(problem: Problem, last: ContactState) -> list[str]:
     """Faults of the last state of an evolution."""
     wear, result, found = problem.wear, last.result, []
     assert wear is not None and result is not None

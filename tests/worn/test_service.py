@@ -7,15 +7,16 @@ import json
 import math
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT
-from thermoroll_cli import Case, CaseError, solve, wear
+from thermoroll_cli import Case, CaseError, read_result, solve, wear
 from thermoroll_cli.refinement.scalars import worn_per_passage
 from thermoroll_cli.wheelset.curves import curve
-from thermoroll_cli.worn.follow import ServiceEvolution
+from thermoroll_cli.worn.follow import Evolution
 from thermoroll_cli.worn.outlines import Outline, flange
 from thermoroll_cli.worn.service import depths_of, outlines_of
 
@@ -28,9 +29,9 @@ ONE = Case.read(ROOT / "cases" / "manchester.toml").with_values({
 A, B = {SHIFT: 2.0, YAW: 1.0}, {SHIFT: 4.0}
 
 
-def followed(positions: list | None, steps: float = 20.0) -> ServiceEvolution:
+def followed(positions: list | None, steps: float = 20.0) -> Evolution:
     done = wear(ONE.with_values({"wear.step_um": steps} | ({"wear.positions": positions} if positions else {})))
-    assert isinstance(done, ServiceEvolution) and done.converged, done.reason
+    assert done.converged, done.reason
     return done
 
 
@@ -118,6 +119,17 @@ def test_command_writes_resumes_and_shares(tmp_path: Path) -> None:
     journal.write_text("".join(journal.read_text().splitlines(keepends=True)[:-3]))
     again = call("wear", "m.toml", "--resume", "--jobs", "2", "-q", "--no-plots", cwd=tmp_path)
     assert again.returncode == 0 and (folder / "m_wear.csv").read_text() == text, again.stderr
+    # The result file has the first position on the worn outlines, which `run --from` solves again and `plot` draws.
+    with h5py.File(folder / "m_wear.h5") as file:
+        assert file["wear/depth_wheel_right"].shape == (len(file["wear/distance"]), len(file["wear/length_wheel_right"]))
+        assert file["wear/depth_wheel_right"][-1].max() == pytest.approx(4e-6, rel=0.02)
+        assert file["wear/steps/T_gamma_N_error"].shape == (len(rows),)
+    result = read_result(folder / "m_wear.h5")
+    worn = Case.from_json(result.case_json)
+    assert worn.task.position.y == pytest.approx(2e-3) and worn.settings.wear.positions == case.settings.wear.positions
+    again = json.loads(call("run", "--from", folder / "m_wear.h5", "--json", "-q", "--no-plots", cwd=tmp_path).stdout)
+    assert again["T_gamma_N"] == pytest.approx(result["T_gamma_N"], rel=1e-4)
+    assert call("plot", folder / "m_wear.h5", "-o", tmp_path / "drawn", "-q", cwd=tmp_path).returncode == 0
     # The worn wheel is a profile as any other.
     used = case.with_values({"wheelset.wheel_profile": {"file": str(folder / "m_worn_wheel_right.csv")}})
     assert used.task.wheels["right"].profile != case.task.wheels["right"].profile
@@ -172,6 +184,35 @@ def test_files_that_are_no_positions_are_errors(tmp_path: Path, content: str, wo
     with pytest.raises(CaseError) as caught:
         from_file(tmp_path, content)
     assert words in str(caught.value) and "wear.positions_file" in str(caught.value)
+
+
+def test_errors_cover_shorter_steps() -> None:
+    """The worn area and the depth: the outline becomes more conformal from step to step."""
+    asked = {"wear.distance_km": 300.0, "wear.smoothing_mm": 8.0}
+    coarse, fine = (wear(ONE.with_values(asked | {"wear.step_um": step})).rows for step in (12.0, 4.0))
+    assert len(fine) > 1.5 * len(coarse) > 3
+    for name in ("depth_max_wheel_right_um", "worn_area_wheel_right_mm2", "worn_mass_wheel_right_kg"):
+        apart = abs(coarse[-1][name] - fine[-1][name])
+        assert 0.0 < apart < coarse[-1][f"{name}_error"] < 0.2 * coarse[-1][name]
+
+
+def test_a_position_that_has_failed_is_solved_again(tmp_path: Path) -> None:
+    """What failed for want of memory, or with an older version, is no fate of the evolution."""
+    case = ONE.with_values({"wear.positions": [[0.7, A], [0.3, B]], "wear.step_um": 20.0})
+    whole = wear(case, tmp_path)
+    journal = tmp_path / f"{case.name}_wear.jsonl"
+    first, *records = journal.read_text().splitlines(keepends=True)
+    failed = [{"key": "0/2", "reason": "killed", "solved": False}, json.loads(records[2]) | {"solved": False}]
+    journal.write_text(first + records[0] + "".join(json.dumps(record) + "\n" for record in failed))
+    assert wear(case, tmp_path, resume=True).rows == whole.rows
+
+
+def test_validate_checks_the_keys_of_positions(tmp_path: Path) -> None:
+    case = ONE.with_values({"wear.positions": [[0.7, A], [0.3, {YAW: 900.0}]]})
+    (tmp_path / "m.toml").write_text(case.to_toml())
+    done = call("validate", "m.toml", cwd=tmp_path)
+    for word in ("m.toml: wear.positions, number 2", f"{YAW} = 900", "allowed", "500"):
+        assert done.returncode == 3 and word in done.stderr, done.stderr
 
 
 def test_positions_are_those_of_a_wheelset() -> None:

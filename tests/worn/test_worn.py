@@ -26,7 +26,7 @@ from thermoroll_cli.refinement.scalars import worn_per_passage
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.worn import evolution as module
-from thermoroll_cli.worn.evolution import WearState, evolution, half_width, line_load
+from thermoroll_cli.worn.evolution import ContactState, evolution, half_width, line_load
 from thermoroll_cli.worn.rows import FixedRows
 
 REFERENCE = reference("life_wear")
@@ -169,7 +169,7 @@ def test_a_contact_wears_up_to_the_end_of_a_profile() -> None:
     assert last.result is not None and "pressure_max_MPa" in last.result.unbounded
 
 
-def ball_on_ball(side: int) -> list[WearState]:
+def ball_on_ball(side: int) -> list[ContactState]:
     """A contact whose upper body wears far beyond the approach, while it becomes three times as wide."""
     problem = Problem(STEEL, STEEL, Geometry(0.02, 0.02, 0.02, 0.03), 100.0, Friction(0.3), Motion(1.0, 0.02),
                       Heating(heat=False), Numerics(grid=(side, side)), wear=Wear(upper=WornBody(1e-14, 0.125), distance=20e3))
@@ -189,7 +189,7 @@ def test_the_largest_pressure_of_a_worn_contact_is_that_of_its_middle(side: int)
 
 def test_errors_cover_finer_steps_and_grids() -> None:
     """The state after a distance, against one of more rows and twenty times as many steps."""
-    def at_end(side: int, fraction: float) -> WearState:
+    def at_end(side: int, fraction: float) -> ContactState:
         wear = Wear(upper=WornBody(RATE, 1.0), distance=100.0, step_fraction=fraction)
         *_, last = evolution(replace(TWIN_DISC, numerics=Numerics(grid=(side, side)), wear=wear))
         return last
@@ -257,7 +257,7 @@ specific_wear_rate_mm3_Nm = 1e-4
     done = call("wear", tmp_path / "rail.toml", *heatless, "--set", "geometry.lower_profile.offset_mm=5")
     summary = json.loads(done.stdout)
     assert done.returncode == 0 and summary["depth_max_lower_um"] == pytest.approx(10.0, rel=1e-5)
-    assert summary["error"]["T_gamma_N"] > 0.0 and summary["error"]["depth_max_lower_um"] > 0.0
+    assert summary["T_gamma_N_error"] > 0.0 and summary["depth_max_lower_um_error"] > 0.0
     points = np.loadtxt(tmp_path / "rail_worn_lower.csv", delimiter=",")
     assert points[[0, -1], 0] == pytest.approx([-19.0, 29.0], abs=1e-6)
     head, rest = (tmp_path / "rail.toml").read_text().split("[geometry.lower_profile]")
@@ -330,7 +330,7 @@ def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> Non
         # Where they touch first less may be worn off than at the deepest place.
         assert (np.diff(loads) < 0.0).all() and approaches[0] == pytest.approx(6.0)
         np.testing.assert_allclose(approaches + depths, 6.0, atol=0.06)
-        assert loads[-1] < 0.6 * loads[0] and float(rows[-1]["error.normal_N"]) > 0.0
+        assert loads[-1] < 0.6 * loads[0] and float(rows[-1]["normal_N_error"]) > 0.0
         found[name] = json.loads(done.stdout)
     for quantity in ("normal_N", "distance_km", "pressure_max_MPa"):
         assert found["lifted"][quantity] == pytest.approx(found["radius"][quantity], rel=0.02)

@@ -15,6 +15,8 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.files.case import CaseError
 from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.python_api import KINDS
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.worn.service import positions_of
 
 TEMPLATES = {
     "wheel-rail": "a wheel on a rail",
@@ -57,6 +59,8 @@ def validate(
             with options.solvable(case, str(path)):
                 task = case.task
                 warnings = list(KINDS[type(task)].warnings(task))
+                if isinstance(task, WheelsetProblem):
+                    positions_of(case, str(path))
         except CaseError as cause:
             error = cause
             errors.append(cause)

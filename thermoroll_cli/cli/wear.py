@@ -15,9 +15,9 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.worn.follow import Evolution, ServiceEvolution
+from thermoroll_cli.worn.follow import Evolution
 from thermoroll_cli.worn.follow import wear as follow
-from thermoroll_cli.worn.wear_files import COLUMNS
+from thermoroll_cli.worn.steps import ERROR, meaning_of
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section
@@ -41,8 +41,8 @@ def wear(
 
     Writes DIR/NAME_wear.csv with a row per step, DIR/NAME_wear.h5 (the last state with the group /wear), DIR/NAME_wear.png and
     the worn profiles as DIR/NAME_worn_lower.csv and _upper.csv, which a case can read. Every finished step is kept at once in
-    DIR/NAME_wear.jsonl. A wheelset wears over the positions that [wear] gives; its outlines are DIR/NAME_worn_wheel_right.csv
-    and so on, and it has no NAME_wear.h5.
+    DIR/NAME_wear.jsonl. A wheelset wears over the positions that [wear] gives: its outlines are DIR/NAME_worn_wheel_right.csv
+    and so on, and DIR/NAME_wear.h5 has the first position on the worn outlines.
     """
     with options.recorded(case, as_json):
         read = options.read_case(case, options.parse_overrides(settings))
@@ -55,7 +55,7 @@ def wear(
     with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar, options.recorded(case, as_json):
 
         def report(step: int, row: Mapping[str, Any]) -> None:
-            deepest = max(value for name, value in row.items() if name.startswith("depth_max_"))
+            deepest = max(value for name, value in row.items() if name.startswith("depth_max_") and not name.endswith(ERROR))
             words = (f"{read.name}: step {step}, {row['distance_km']:.4g} km, {deepest:.4g} µm, "
                      f"{_text(row, 'pressure_max_MPa')} MPa")
             if bar.live:
@@ -87,17 +87,15 @@ def wear(
 
 def _text(row: Mapping[str, Any], name: str) -> str:
     """A value of a row with its error."""
-    error = row.get("error", {}).get(name)
-    return with_error(row[name], math.nan if error is None else abs(error * row[name]))
+    return with_error(row.get(name, math.nan), row.get(f"{name}{ERROR}", math.nan))
 
 
-def _last_rows(done: Evolution | ServiceEvolution) -> list[tuple[str, str, str]]:
+def _last_rows(done: Evolution) -> list[tuple[str, str, str]]:
     """Meaning, value with its error, and name of each column of the last step."""
-    meanings = COLUMNS if isinstance(done, Evolution) else dict.fromkeys(done.rows[-1], "")
-    return [(meaning, _text(done.rows[-1], name), name) for name, meaning in meanings.items()]
+    return [(meaning_of(name), _text(done.rows[-1], name), name) for name in done.rows[-1] if not name.endswith(ERROR)]
 
 
-def _section(done: Evolution | ServiceEvolution) -> Section:
+def _section(done: Evolution) -> Section:
     """What a report says of an evolution."""
     from thermoroll_cli.cli import report as page
 
@@ -116,11 +114,11 @@ def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
     return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()}
 
 
-def _drawn(done: Evolution | ServiceEvolution, folder: Path, formats: tuple[str, ...]) -> list[str]:
+def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]:
     from thermoroll_cli.plots.profile_figures import draw_wear
     from thermoroll_cli.plots.service_figure import draw_service
 
-    if not isinstance(done, Evolution):
+    if done.outlines:
         return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done)) for ending in formats]
     kept, asked = done.snapshots, done.case.problem.wear
     assert asked is not None

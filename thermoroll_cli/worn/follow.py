@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import csv
-import io
 import math
 import os
 import pathlib
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,25 +15,30 @@ from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case, solvable
 from thermoroll_cli.files.result.hdf5 import file_image
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.problem import Problem, Wear
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.tasks.journal import Journal
 from thermoroll_cli.tasks.runner import Workers, check_main_guard
 from thermoroll_cli.wheelset.curves import Points
-from thermoroll_cli.worn.evolution import REACHED, WearState, evolution, worn_apart
-from thermoroll_cli.worn.service import positions_of, reached, service
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
+from thermoroll_cli.worn.evolution import ContactState, evolution
+from thermoroll_cli.worn.service import outlines_of, positions_of, service, worn_outlines
+from thermoroll_cli.worn.steps import WearState, reached
 from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, table, worn_case, write_group, write_profiles
 
 
 @dataclass(frozen=True)
 class Evolution:
-    """The wear of the profiles of a `case`.
+    """The wear of the profiles of a `case`, of one contact or of a wheelset.
 
     Attributes:
 
-    - `rows`: a mapping per step, under the names of NAME_wear.csv, with the relative errors in `error`;
-    - `snapshots`: profiles and loads of some steps over y, in SI units;
-    - `result`: that of the last step, with the worn case;
+    - `rows`: a mapping per step, under the names of NAME_wear.csv; `NAME_error` is the estimated error of NAME in its unit;
+    - `snapshots`: profiles and loads of some steps over y, or the worn depths of a wheelset's outlines, in SI units;
+    - `outlines`: of a wheelset, points (y, z) in m of the new and of the worn outline by name (`wheel_right`, …);
+    - `result`: that of the last step, with the worn case; of a wheelset at the first of its positions; None if that is none;
     - `reason`: why it ended early, "" if it did not;
     - `files`: those that were written.
     """
@@ -43,7 +46,8 @@ class Evolution:
     case: Case
     rows: tuple[Mapping[str, Any], ...]
     snapshots: Snapshots
-    result: Result
+    outlines: Mapping[str, tuple[Points, Points]]
+    result: Result | None
     reason: str
     files: tuple[pathlib.Path, ...] = ()
 
@@ -58,32 +62,11 @@ class Evolution:
                 f"{self.reason or 'finished'}>")
 
 
-@dataclass(frozen=True)
-class ServiceEvolution:
-    """The wear of a wheelset and its rails over the positions of its service.
-
-    Attributes:
-
-    - `rows`: a mapping per step, under the names of NAME_wear.csv;
-    - `outlines`: points (y, z) in m of the new and of the worn outline by name (`wheel_right`, …), as in the case;
-    - `reason`: why it ended early, "" if it did not;
-    - `files`: those that were written.
-    """
-
-    case: Case
-    rows: tuple[Mapping[str, Any], ...]
-    outlines: Mapping[str, tuple[Points, Points]]
-    reason: str
-    files: tuple[pathlib.Path, ...] = ()
-
-    converged, __repr__ = Evolution.converged, Evolution.__repr__
-
-
 def wear(
     case: Case | Mapping[str, Any] | str | os.PathLike[str], folder: str | os.PathLike[str] | None = None, *,
     resume: bool = False, jobs: int = 1, threads: int = 1,
     report: Callable[[int, Mapping[str, Any]], None] | None = None, command_line: str = "Python",
-) -> Evolution | ServiceEvolution:
+) -> Evolution:
     """Follow the profiles of both bodies as they wear, as `thermoroll wear` does, over the distance or to the depth that
     `[wear]` of a case gives.
 
@@ -97,97 +80,83 @@ def wear(
     - `report`: called with the number of each step and its row as soon as it is solved;
     - `command_line`: for the file, which records it.
 
-    Returns an `Evolution`, of a wheelset a `ServiceEvolution`.
+    Returns an `Evolution`.
 
     Raises CaseError for an invalid case, also a conformal contact or one without a steady state, and positions that cannot be;
     ValueError if the case gives neither distance nor depth; OSError if a file cannot be written.
     """
     case = Case.of(case)
     with solvable(case, case.name):
-        if case.settings.wheelset is not None:
-            return _in_service(case, folder, resume, Workers(jobs), threads, report)
-        return _followed(case, folder, resume, threads, report, command_line)
+        task, positions = case.task, positions_of(case) if case.settings.wheelset is not None else []
+        asked = _asked(task)
+        if jobs > 1 and positions:
+            check_main_guard()
+        with contextlib.ExitStack() as stack:
+            place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
+            place.mkdir(parents=True, exist_ok=True)
+            journal = stack.enter_context(
+                Journal(place / f"{case.name}_wear.jsonl", {"kind": "wear", "case": case.to_json()}, resume=resume))
+            state: WearState | None = None
+            for state in _states(task, positions, journal, Workers(jobs), threads):
+                safe_point()
+                journal.keep(record_of(state))
+                if report is not None:
+                    report(state.steps, state.row)
+            assert state is not None
+            journal.update()
+            records = [journal[str(step)] for step in range(state.steps + 1)]
+            reason = state.reason or ("" if reached(asked, state) else "nothing slips, so nothing wears")
+            done = Evolution(case, tuple(record["row"] for record in records), Snapshots.of(task, asked, records),
+                             _outlines(task, state), _last_result(case, state, threads), reason)
+            return done if folder is None else replace(done, files=_written(done, place, state, command_line))
 
 
-def _followed(case: Case, folder: str | os.PathLike[str] | None, resume: bool, threads: int,
-              report: Callable[[int, Mapping[str, Any]], None] | None, command_line: str) -> Evolution:
-    asked = case.problem.wear
+def _asked(task: Problem | WheelsetProblem) -> Wear:
+    """What is asked for. Raises ValueError."""
+    asked = (task.contact if isinstance(task, WheelsetProblem) else task).wear
     if asked is None or asked.distance == asked.depth:
         raise ValueError("the case needs [wear] with distance_km or depth_um")
-    with contextlib.ExitStack() as stack:
-        place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
-        place.mkdir(parents=True, exist_ok=True)
-        journal = stack.enter_context(
-            Journal(place / f"{case.name}_wear.jsonl", {"kind": "wear", "case": case.to_json()}, resume=resume))
-        start, state = resumed(journal), None
-        for state in evolution(case.problem, start, threads=threads):
-            safe_point()
-            record = record_of(state)
-            journal.keep(record)
-            if report is not None:
-                report(state.steps, record["row"])
-        assert state is not None and state.result is not None
-        journal.update()
-        records = [journal[str(step)] for step in range(state.steps + 1)]
-        result, reason = state.result, ""
-        if not result.converged:
-            reason = f"step {state.steps} did not converge: {result.reason}"
-        elif state.distance < asked.distance and state.deepest < (1.0 - REACHED) * asked.depth:
-            reason = ("the bodies wear apart at the given distance: "
-                      f"{result.coupled.scalars['normal_N']:.3g} N are left" if worn_apart(case.problem, state)
-                      else "nothing slips, so nothing wears")
-        worn = worn_case(case, state)
-        result = replace(result, case_text=worn.text, case_json=worn.to_json())
-        done = Evolution(case, tuple(record["row"] for record in records), Snapshots.of(case.problem, records), result, reason)
-        return done if folder is None else replace(done, files=_written(done, place, state, command_line))
-
-
-def _in_service(case: Case, folder: str | os.PathLike[str] | None, resume: bool, workers: Workers, threads: int,
-                report: Callable[[int, Mapping[str, Any]], None] | None) -> ServiceEvolution:
-    positions = positions_of(case)
-    asked = positions[0][1].contact.wear
-    if asked is None or asked.distance == asked.depth:
-        raise ValueError("the case needs [wear] with distance_km or depth_um")
-    if asked.lower.wears and math.isinf(asked.lower.track_length):
+    if isinstance(task, WheelsetProblem) and asked.lower.wears and math.isinf(asked.lower.track_length):
         raise Unsolvable("a rail has no circumference", "wear.lower",
                          "track_length_m, the distance between two passages of a wheel")
-    if workers.jobs > 1:
-        check_main_guard()
-    rows: list[Mapping[str, Any]] = []
-    with contextlib.ExitStack() as stack:
-        place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
-        place.mkdir(parents=True, exist_ok=True)
-        journal = stack.enter_context(
-            Journal(place / f"{case.name}_wear.jsonl", {"kind": "wear", "case": case.to_json()}, resume=resume))
-        for state in service(positions, journal, workers, threads):
-            safe_point()
-            rows.append(state.row)
-            if report is not None:
-                report(state.steps, state.row)
-        reason = state.reason or ("" if reached(asked, state) else "nothing slips, so nothing wears")
-        done = ServiceEvolution(case, tuple(rows), {name: (outline.points, outline.worn) for name, outline in
-                                                    state.outlines.items()}, reason)
-        return done if folder is None else replace(done, files=_written_service(done, place))
+    return asked
 
 
-def _written_service(done: ServiceEvolution, folder: pathlib.Path) -> tuple[pathlib.Path, ...]:
-    """A table of the steps, and the outlines that wear as files that a case reads as rail_profile and wheel_profile."""
-    text, files = io.StringIO(), [folder / f"{done.case.name}_wear.csv"]
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(done.rows[0])
-    writer.writerows([f"{value:.7g}" for value in row.values()] for row in done.rows)
-    write_bytes(files[0], text.getvalue().encode())
-    for name, (new, worn) in done.outlines.items():
-        if worn is not new:
-            files.append(folder / f"{done.case.name}_worn_{name}.csv")
-            lines = "".join(f"{1e3 * y:.9g},{1e3 * z:.9g}\n" for y, z in worn)
-            write_bytes(files[-1], ("# y in mm to the field side, z in mm down\n" + lines).encode())
-    return tuple(files)
+def _states(task: Problem | WheelsetProblem, positions: list[tuple[float, WheelsetProblem]], journal: Journal, workers: Workers,
+            threads: int) -> Iterator[WearState]:
+    start = resumed(journal)
+    if isinstance(task, WheelsetProblem):
+        return service(positions, start, journal, workers, threads)
+    assert start is None or isinstance(start, ContactState)
+    return evolution(task, start, threads=threads)
+
+
+def _outlines(task: Problem | WheelsetProblem, state: WearState) -> dict[str, tuple[Points, Points]]:
+    if not isinstance(task, WheelsetProblem):
+        return {}
+    return {name: (outline.points, outline.worn) for name, outline in worn_outlines(outlines_of(task), state).items()}
+
+
+def _last_result(case: Case, state: WearState, threads: int) -> Result | None:
+    """The result with the profiles of `state` and the worn case."""
+    worn = worn_case(case, state)
+    if isinstance(state, ContactState):
+        assert state.result is not None
+        return state.result.with_case(worn.text, worn.to_json())
+    task = worn.task
+    assert isinstance(task, WheelsetProblem)
+    try:
+        return solve_wheelset(task, threads=threads).with_case(worn.text, worn.to_json())
+    except Unsolvable:  # as a position that the evolution ended with
+        return None
 
 
 def _written(done: Evolution, folder: pathlib.Path, state: WearState, command_line: str) -> tuple[pathlib.Path, ...]:
     stem = folder / f"{done.case.name}_wear"
-    files = stem.with_suffix(".csv"), stem.with_suffix(".h5")
+    files = [stem.with_suffix(".csv")]
     write_bytes(files[0], table(done.rows))
-    write_bytes(files[1], file_image(done.result, command_line, more=lambda file: write_group(file, done.rows, done.snapshots)))
-    return (*files, *write_profiles(folder, done.case.name, done.case.problem, state))
+    if done.result is not None:
+        files.append(stem.with_suffix(".h5"))
+        write_bytes(files[1], file_image(done.result, command_line, more=lambda file:
+                                         write_group(file, done.rows, done.snapshots)))
+    return (*files, *write_profiles(folder, done.case, state))

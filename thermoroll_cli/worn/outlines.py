@@ -12,7 +12,6 @@ import scipy
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.wheelset.curves import Points, curve
-from thermoroll_cli.wheelset.wheelset_problem import SideName
 
 ROW = 0.25e-3
 """Width of the rows in m: that of the finest elements."""
@@ -50,11 +49,6 @@ class Outline:
     def size(self) -> float:
         """Width of a row in m."""
         return self.length / len(self.depth)
-
-    @property
-    def area(self) -> float:
-        """Worn cross-section in m²."""
-        return float(self.depth.sum()) * self.size
 
     @cached_property
     def _index(self) -> Array:
@@ -108,22 +102,17 @@ class Outline:
         return np.asarray(scipy.ndimage.gaussian_filter1d(depth, HALF_AMPLITUDE * wavelength / self.size, mode="reflect"))
 
 
-def worn_off(result: Result, outline: Outline, body: str, side: SideName, depths: list[Array]) -> Array:
-    """Depth (m) that one passage of the patches of a side wears off the rows of its `outline`, from the `depths` on the lines
-    of rolling of each patch."""
-    line = result.lines[f"{body}_{side}"]
-    worn = np.zeros(len(outline.depth))
-    mine = [patch for patch in result.contacts if patch.record["side"] == side]
-    for patch, depth in zip(mine, depths, strict=True):
-        loaded = np.flatnonzero(depth)
-        if not len(loaded):
-            continue
-        first, last, y = loaded[0], loaded[-1] + 1, patch.y
-        half = 0.5 * float(y[1] - y[0])
-        edges = np.append(y - half, y[-1] + half)[first : last + 1]
-        places = np.array([_extended(edges, y, row) for row in patch.lines["surface"][:2]])
-        worn += outline.deposited(line, places, depth[first:last] * 2.0 * half)
-    return worn
+def worn_off(outline: Outline, line: Array, patch: Result, depth: Array) -> Array:
+    """`depth` (m) on the lines of rolling of a patch of a wheelset as a depth on the rows of its `outline`, of which `line` has
+    the samples."""
+    loaded = np.flatnonzero(depth)
+    if not len(loaded):
+        return np.zeros(len(outline.depth))
+    first, last, y = loaded[0], loaded[-1] + 1, patch.y
+    half = 0.5 * float(y[1] - y[0])
+    edges = np.append(y - half, y[-1] + half)[first : last + 1]
+    places = np.array([_extended(edges, y, row) for row in patch.lines["surface"][:2]])
+    return outline.deposited(line, places, depth[first:last] * 2.0 * half)
 
 
 def _extended(at: Array, y: Array, values: Array) -> Array:

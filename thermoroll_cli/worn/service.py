@@ -17,15 +17,17 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.problem import BodyName, Wear, planar
+from thermoroll_cli.problem.problem import BodyName, Wear, WornBody, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.scalars import worn_per_passage
 from thermoroll_cli.tasks.journal import Journal, Record
 from thermoroll_cli.tasks.runner import Item, Workers, run
 from thermoroll_cli.wheelset.conicity import NOMINAL, conicity_of
-from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
+from thermoroll_cli.worn.evolution import rate_errors, worn_bodies
 from thermoroll_cli.worn.outlines import ROW, Outline, flange, worn_off
+from thermoroll_cli.worn.steps import Columns, WearState, steps_of
 
 BODY_OF: dict[str, BodyName] = {"rail": "lower", "wheel": "upper"}
 MEANS = ("Q_F_W", "T_gamma_N")
@@ -36,14 +38,12 @@ STABLE_SHARE = 0.6
 """Depth of a step over L p/E*, with the pressure p and the wavelength L of the smoothing: beyond, what a step wears too deep at
 a wavelength near L would be worn too little by the next. δp = πE*δ/λ of a wave with the depth δ, times its part 2^(−L²/λ²)
 that the smoothing leaves, is largest at λ = 1.18 L; there a step is as deep as it may be at 0.62 L p/E*."""
-ROUNDING = 1e-9
-"""Part of the wanted distance or depth that may be missing in the end."""
-
 Outlines = dict[str, Outline]
 
 
-def positions_of(case: Case) -> list[tuple[float, WheelsetProblem]]:
-    """The positions of a wheelset's service with their shares of the distance; without any its one position.
+def positions_of(case: Case, source: str = "") -> list[tuple[float, WheelsetProblem]]:
+    """The positions of a wheelset's service with their shares of the distance; without any its one position. `source` is the
+    case in messages, by default its name.
 
     Raises CaseError for keys or values that a case cannot have, Unsolvable for those that are no position."""
     given = case.settings.wear and case.settings.wear.positions
@@ -57,7 +57,7 @@ def positions_of(case: Case) -> list[tuple[float, WheelsetProblem]]:
         try:
             task = case.with_values(values).task
         except CaseError as cause:
-            place = f"{case.name}: wear.positions, number {number}"
+            place = f"{source or case.name}: wear.positions, number {number}"
             raise CaseError([replace(f, source=place) for f in cause.findings]) from None
         if not isinstance(task, WheelsetProblem) or _bodies(task) != _bodies(base):
             raise Unsolvable(f"position {number} changes the wheelset, the track or the wear itself: {', '.join(values)}",
@@ -72,7 +72,7 @@ def _bodies(problem: WheelsetProblem) -> tuple[Any, ...]:
 
 
 def outlines_of(problem: WheelsetProblem) -> Outlines:
-    """The unworn outlines by name, wheel_right and so on."""
+    """The outlines by name, wheel_right and so on."""
     outlines = {}
     for side in problem.sides:
         outlines[f"rail_{side}"] = Outline.new(problem.rails[side].profile, wheel=False)
@@ -102,15 +102,21 @@ class Stand:
         return f"{self.step}/{self.number}"
 
     def items(self) -> Iterator[Item]:
-        """A record with the scalars of the wheelset and the depths (m) that one passage wears off the rows of each outline."""
+        """A record with the columns of the wheelset, the depths (m) that one passage wears off the rows of each outline, and
+        their errors."""
         try:
             result = solve_wheelset(worn_wheelset(self.problem, self.outlines), threads=self.threads)
         except ValueError as cause:
             yield self.given_up(str(cause)), b""
             return
-        scalars = {name: result.coupled.scalars[name] for name in (*MEANS, *LARGEST) if name in result.coupled.scalars}
-        yield {"key": self.key, "reason": result.reason if not result.converged else "", "scalars": scalars,
-               "depths": {name: depth.tolist() for name, depth in depths_of(result, self.outlines).items()}}, b""
+        if not result.converged:
+            yield self.given_up(result.reason), b""
+            return
+        uncertainty = result.uncertainty
+        yield {"key": self.key, "reason": "",
+               "columns": {name: (result[name], uncertainty[name]) for name in (*MEANS, *LARGEST) if name in result.scalars},
+               "depths": {name: depth.tolist() for name, depth in depths_of(result, self.outlines).items()},
+               "errors": {name: rate_errors_of(result, name) for name in self.outlines}}, b""
 
     def without(self, done: Callable[[str], bool]) -> Self | None:
         return None if done(self.key) else self
@@ -119,120 +125,123 @@ class Stand:
         return [self]
 
     def given_up(self, reason: str) -> Record:
-        return {"key": self.key, "reason": reason, "scalars": {}, "depths": {}}
+        return {"key": self.key, "reason": reason, "solved": False}
 
 
 def depths_of(result: Result, outlines: Mapping[str, Outline]) -> dict[str, Array]:
     """Depth (m) that one passage wears off the rows of each outline."""
     found = {}
     for name, outline in outlines.items():
-        body, side = name.split("_")
-        mine: list[Array] = []
-        for patch in result.contacts:
-            wear = patch.problem.wear
-            assert wear is not None
-            if patch.record["side"] == side:
-                dx = float(patch.x[1] - patch.x[0])
-                mine.append(worn_per_passage(patch.problem, getattr(wear, BODY_OF[body]), patch.coupled.fields, dx))
-        side_name: SideName = "left" if side == "left" else "right"
-        found[name] = worn_off(result, outline, body, side_name, mine)
+        worn = [worn_off(outline, result.lines[name], patch, worn_per_passage(
+            patch.problem, _worn_body(patch.problem.wear, name), patch.coupled.fields, float(patch.x[1] - patch.x[0])))
+                for patch in _patches(result, name)]
+        found[name] = np.sum([np.zeros(len(outline.depth)), *worn], axis=0)
     return found
 
 
-@dataclass(frozen=True)
-class ServiceState:
-    """The outlines after so many `steps` and a `distance` (m), the depths worn per metre rolled (`rates`) on their
-    rows, and the largest depth (m) of the next step that is `stable`."""
-
-    steps: int
-    distance: float
-    outlines: Outlines
-    rates: dict[str, Array]
-    row: dict[str, Any]
-    stable: float
-    reason: str = ""
-
-    @property
-    def deepest(self) -> float:
-        return max(float(outline.depth.max()) for outline in self.outlines.values())
-
-    def moved(self, step: float) -> Outlines:
-        """The outlines `step` (m) further."""
-        return {name: replace(outline, depth=outline.depth + step * self.rates[name])
-                for name, outline in self.outlines.items()}
+def rate_errors_of(result: Result, name: str) -> tuple[float, float]:
+    """Relative error of the largest depth, and error in m² of the cross-section, that one passage wears off an outline."""
+    body = BODY_OF[name.partition("_")[0]]
+    mine = [(rate_errors(patch.error, body), patch.coupled.scalars[f"wear_area_{body}_um2"])
+            for patch in _patches(result, name)]
+    return max((shape for (shape, _), area in mine if area), default=0.0), 1e-12 * math.fsum(
+        error * area for (_, error), area in mine if area)
 
 
-def service(positions: list[tuple[float, WheelsetProblem]], journal: Journal, workers: Workers,
-            threads: int) -> Iterator[ServiceState]:
-    """The states of the evolution, each solved, until the distance is rolled or the depth is worn. What the journal has is not
-    solved again."""
-    wear = positions[0][1].contact.wear
+def _patches(result: Result, name: str) -> list[Result]:
+    return [patch for patch in result.contacts if patch.record["side"] == name.partition("_")[2]]
+
+
+def _worn_body(wear: Wear | None, name: str) -> WornBody:
+    """How an outline wears."""
     assert wear is not None
-    outlines, steps, distance = outlines_of(positions[0][1]), 0, 0.0
-    while True:
-        stands = [Stand(steps, k, problem, outlines, threads) for k, (_, problem) in enumerate(positions, 1)]
-        for _ in run((stand for stand in stands if stand.key not in journal), journal, workers, lambda text: None):
+    return worn_bodies(wear)[BODY_OF[name.partition("_")[0]]]
+
+
+def service(positions: list[tuple[float, WheelsetProblem]], start: WearState | None, journal: Journal, workers: Workers,
+            threads: int) -> Iterator[WearState]:
+    """The states of the evolution, from the unworn outlines or `start` until the distance is rolled or the depth is worn.
+    Positions that the journal has are not solved again; one that has failed is."""
+    problem = positions[0][1]
+    wear, new = problem.contact.wear, outlines_of(problem)
+    assert wear is not None
+
+    def solved(state: WearState) -> WearState:
+        outlines = worn_outlines(new, state)
+        stands = [Stand(state.steps, k, each, outlines, threads) for k, (_, each) in enumerate(positions, 1)]
+        left = [stand for stand in stands if not (stand.key in journal and journal[stand.key].get("solved", True))]
+        for _ in run(left, journal, workers, lambda text: None):
             pass
         journal.update()
-        records = [journal[stand.key] for stand in stands]
-        state = _state(positions, steps, distance, outlines, records)
-        yield state
-        step = _step(wear, state)
-        if state.reason or step == 0.0:
-            return
-        outlines, steps, distance = state.moved(step), steps + 1, distance + step
+        return _solved(positions, state, outlines, [journal[stand.key] for stand in stands])
+
+    begin = start or WearState.unworn({name: len(outline.depth) for name, outline in new.items()},
+                                      {name: outline.size for name, outline in new.items()})
+    return steps_of(wear, begin, solved, lambda state: _columns(problem, wear, state, worn_outlines(new, state)))
 
 
-def _state(positions: list[tuple[float, WheelsetProblem]], steps: int, distance: float, outlines: Outlines,
-           records: Sequence[Mapping[str, Any]]) -> ServiceState:
-    problem = positions[0][1]
+def worn_outlines(new: Outlines, state: WearState) -> Outlines:
+    """The outlines of a state."""
+    return {name: replace(outline, depth=state.worn[name]) for name, outline in new.items()}
+
+
+def _solved(positions: list[tuple[float, WheelsetProblem]], state: WearState, outlines: Outlines,
+            records: Sequence[Mapping[str, Any]]) -> WearState:
+    """`state` with what follows from the `records` of its positions."""
+    failed = [f"step {state.steps}, position {k}: {record['reason']}" for k, record in enumerate(records, 1)
+              if record["reason"]]
+    if failed:
+        return replace(state, reason="; ".join(failed))
+    problem, weights = positions[0][1], [weight for weight, _ in positions]
     wear = problem.contact.wear
     assert wear is not None
-    failed = [f"step {steps}, position {k}: {record['reason']}" for k, record in enumerate(records, 1) if record["reason"]]
-    rates = {name: np.zeros(len(outline.depth)) for name, outline in outlines.items()}
-    for name, outline in outlines.items() if not failed else ():
-        length = track_length(problem, wear, name)
-        total = sum(weight * np.array(record["depths"][name]) for (weight, _), record in zip(positions, records, strict=True))
-        rates[name] = outline.smoothed(np.asarray(total), wear.smoothing) / length
-    weights = [weight for weight, _ in positions]
-    lightest = min((1e6 * record["scalars"]["pressure_max_MPa"] for record in records if record["scalars"]), default=0.0)
+    rates, errors = {}, {}
+    for name, outline in outlines.items():
+        total = np.asarray(sum(weight * np.array(record["depths"][name])
+                               for weight, record in zip(weights, records, strict=True)))
+        rates[name] = outline.smoothed(total, wear.smoothing) / track_length(problem, wear, name)
+        area = float(total.sum()) * outline.size
+        error = math.fsum(weight * record["errors"][name][1] for weight, record in zip(weights, records, strict=True))
+        errors[name] = max(record["errors"][name][0] for record in records), error / area if area else 0.0
+    lightest = min(1e6 * record["columns"]["pressure_max_MPa"][0] for record in records)
     stable = STABLE_SHARE * max(wear.smoothing, ROW) * lightest / problem.contact.contact_modulus
-    return ServiceState(steps, distance, outlines, rates, _row(problem, wear, distance, outlines, weights, records), stable,
-                        "; ".join(failed))
+    fastest = max(float(rate.max()) for rate in rates.values())
+    return replace(state, rates=rates, rate_errors=errors, longest=min(wear.step, stable) / fastest if fastest else 0.0,
+                   columns=_of_results(weights, [record["columns"] for record in records]))
+
+
+def _of_results(weights: list[float], found: Sequence[Mapping[str, tuple[float, float]]]) -> Columns:
+    """Means of some scalars of the positions, and the largest of others, with their errors."""
+    columns: Columns = {name: (math.fsum(weight * each[name][0] for weight, each in zip(weights, found, strict=True)),
+                               math.fsum(weight * each[name][1] for weight, each in zip(weights, found, strict=True)))
+                        for name in MEANS}
+    return columns | {name: max((each[name] for each in found if name in each), key=lambda column: abs(column[0]))
+                      for name in LARGEST if any(name in each for each in found)}
 
 
 def track_length(problem: WheelsetProblem, wear: Wear, name: str) -> float:
     """Distance (m) rolled between two passages of a point: given, or the nominal circumference of the wheel itself."""
     body, _, side = name.partition("_")
-    given = float(getattr(wear, BODY_OF[body]).track_length)
+    given = _worn_body(wear, name).track_length
     if body == "wheel" and given == 2.0 * math.pi * planar(problem.contact).upper_radius_x:
         return 2.0 * math.pi * problem.wheels["left" if side == "left" else "right"].radius
     return given
 
 
-def _row(problem: WheelsetProblem, wear: Wear, distance: float, outlines: Outlines, weights: list[float],
-         records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    row: dict[str, Any] = {"distance_km": 1e-3 * distance}
+def _columns(problem: WheelsetProblem, wear: Wear, state: WearState, outlines: Outlines) -> Columns:
+    """What is worn off each outline, the sizes of flanges, and the conicity."""
+    columns: Columns = {}
     for name, outline in outlines.items():
         body, _, side = name.partition("_")
-        row |= {f"depth_max_{name}_um": 1e6 * float(outline.depth.max()), f"worn_area_{name}_mm2": 1e6 * outline.area}
         if body == "rail":
-            row[f"worn_mass_{name}_kg_m"] = wear.density * outline.area
+            columns |= state.wear_columns(name, wear.density, None)
             continue
         wheel = problem.wheels["left" if side == "left" else "right"]
-        volume = 2.0 * math.pi * wheel.radius * outline.area
+        columns |= state.wear_columns(name, wear.density, 2.0 * math.pi * wheel.radius)
         sizes = flange(outline.worn, wheel.flange_back)
-        row |= {f"worn_volume_{name}_cm3": 1e6 * volume, f"worn_mass_{name}_kg": wear.density * volume}
-        row |= {f"{size}_{side}_mm": 1e3 * value for size, value in
-                zip(("flange_height", "flange_thickness", "flange_qR"), sizes, strict=True)}
-    row["conicity_3mm"] = _conicity(worn_wheelset(problem, outlines))
-    for name in MEANS:
-        row[name] = math.fsum(weight * record["scalars"].get(name, math.nan)
-                              for weight, record in zip(weights, records, strict=True))
-    for name in LARGEST:
-        row[name] = max((record["scalars"].get(name, math.nan) for record in records),
-                        key=lambda value: -1.0 if math.isnan(value) else abs(value))
-    return row
+        columns |= {f"flange_{size}_{side}_mm": (1e3 * value, None)
+                    for size, value in zip(("height", "thickness", "qR"), sizes, strict=True)}
+    return columns | {"conicity_3mm": (_conicity(worn_wheelset(problem, outlines)), None)}
 
 
 def _conicity(problem: WheelsetProblem) -> float:
@@ -243,18 +252,3 @@ def _conicity(problem: WheelsetProblem) -> float:
         return conicity_of(problem, np.array([NOMINAL])).conicity_at(NOMINAL)
     except Unsolvable:
         return math.nan
-
-
-def reached(wear: Wear, state: ServiceState) -> bool:
-    """Whether the distance is rolled or the depth is worn."""
-    return state.distance >= (1.0 - ROUNDING) * wear.distance or state.deepest >= (1.0 - ROUNDING) * wear.depth
-
-
-def _step(wear: Wear, state: ServiceState) -> float:
-    """Distance (m) of the next step; 0 at the end, and where nothing wears."""
-    fastest = max(float(rate.max()) for rate in state.rates.values())
-    if fastest <= 0.0 or reached(wear, state):
-        return 0.0
-    to_depth = min(float(((wear.depth - outline.depth)[worn] / rate[worn]).min()) for name, outline in state.outlines.items()
-                   if (worn := (rate := state.rates[name]) > 0.0).any())
-    return max(0.0, min(min(wear.step, state.stable) / fastest, to_depth, wear.distance - state.distance))

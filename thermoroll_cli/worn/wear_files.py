@@ -6,8 +6,8 @@ import csv
 import io
 import json
 import pathlib
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import h5py
@@ -16,147 +16,170 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.numerics.grid import between_sides
 from thermoroll_cli.problem.geometry import surfaces
-from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, planar
+from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Wear, planar
 from thermoroll_cli.refinement.scalars import sliding
-from thermoroll_cli.worn.evolution import STEPS_FROM_COLD, WearState, half_width, line_load, worn_geometry
+from thermoroll_cli.wheelset.curves import Points
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.worn.evolution import STEPS_FROM_COLD, ContactState, line_load, worn_geometry
 from thermoroll_cli.worn.rows import FixedRows
-
-COLUMNS = {
-    "distance_km": "distance rolled", "depth_max_lower_um": "largest worn depth, lower body",
-    "depth_max_upper_um": "largest worn depth, upper body", "worn_area_lower_mm2": "worn cross-section, lower body",
-    "worn_area_upper_mm2": "worn cross-section, upper body", "half_width_mm": "half-width of the contact",
-    "line_load_max_N_mm": "largest line load", "pressure_max_MPa": "maximum pressure", "T_gamma_N": "wear number Tγ",
-    "approach_um": "rigid-body approach", "normal_N": "load",
-}  # fmt: skip
-"""Columns of the table, with their meanings."""
-ESTIMATED = tuple(name for name in COLUMNS if not name.startswith(("distance", "half_width", "line_load")))
-"""Columns with an estimated error, `error.NAME`: over the value, as everywhere."""
+from thermoroll_cli.worn.service import outlines_of, worn_outlines
+from thermoroll_cli.worn.steps import WearState, meaning_of
 
 Record = Mapping[str, Any]
+OUTLINE_OF = {"rail": ("track", "rail_profile"), "wheel": ("wheelset", "wheel_profile")}
+"""Table and key of the outline of a case."""
 
 
 def record_of(state: WearState) -> dict[str, Any]:
-    """A solved state as a line of the journal: its row of the table, the worn depths (m) on rows, and over y (m) the line load
-    (N/m) and the largest T_γ/A (Pa)."""
-    result = state.result
-    assert result is not None
-    scalars, error = result.coupled.scalars, {name: result.error.get(name) for name in ESTIMATED}
-    row: dict[str, Any] = {"distance_km": state.distance * 1e-3}
-    for body in BODIES:
-        depth, area = state.worn_depth(body), state.worn_area(body)
-        depth_error, area_error = state.errors(body)
-        row |= {f"depth_max_{body}_um": depth * 1e6, f"worn_area_{body}_mm2": area * 1e6}
-        error |= {f"depth_max_{body}_um": depth_error / depth if depth else 0.0,
-                  f"worn_area_{body}_mm2": area_error / area if area else 0.0}
-    load = line_load(result)[None]
-    largest = float(between_sides(load, load, (True, True)).max())  # as the largest pressure
-    row |= {"half_width_mm": half_width(result) * 1e3, "line_load_max_N_mm": largest * 1e-3,
-            **{name: scalars[name] for name in ("pressure_max_MPa", "T_gamma_N", "approach_um", "normal_N")}}
-    row = {name: row[name] for name in COLUMNS} | {"error": {name: error[name] for name in ESTIMATED}}
-    return {
-        "key": str(state.steps), "distance": state.distance, "rows": asdict(state.rows), "domain": asdict(state.domain),
-        "grid": state.grid, "worn": {body: state.worn[body].tolist() for body in BODIES},
-        "error_shares": {body: state.error_shares[body].tolist() for body in BODIES}, "row": row, "load_y": result.y.tolist(),
-        "load": line_load(result).tolist(), "work": sliding(result.problem, result.coupled.fields)[1].max(axis=0).tolist(),
-    }  # fmt: skip
+    """A solved state as a line of the journal: its row of the table and the worn depths (m) on rows; of a contact also over
+    y (m) the line load (N/m) and the largest T_γ/A (Pa)."""
+    record = {"key": str(state.steps), "solved": not state.reason, "row": state.row, "distance": state.distance,
+              "worn": {name: depth.tolist() for name, depth in state.worn.items()}, "sizes": state.sizes,
+              "error_shares": {name: shares.tolist() for name, shares in state.error_shares.items()}}
+    if isinstance(state, ContactState) and state.result is not None:
+        result = state.result
+        work = sliding(result.problem, result.coupled.fields)[1].max(axis=0)
+        record |= {"rows": asdict(state.rows), "domain": asdict(state.domain), "grid": state.grid, "y": result.y.tolist(),
+                   "line_load": line_load(result).tolist(), "T_gamma_per_area": work.tolist()}
+    return record
 
 
 def state_of(record: Record) -> WearState:
     """The state, not solved, of a line of the journal."""
-    worn, error_shares = ({body: np.array(record[name][body]) for body in BODIES} for name in ("worn", "error_shares"))
-    return WearState(int(record["key"]), record["distance"], FixedRows(**record["rows"]), worn, FixedRows(**record["domain"]),
-                     (record["grid"][0], record["grid"][1]), error_shares)
+    worn, error_shares = ({name: np.array(values) for name, values in record[key].items()} for key in ("worn", "error_shares"))
+    common = {"steps": int(record["key"]), "distance": record["distance"], "worn": worn, "sizes": record["sizes"],
+              "error_shares": error_shares}
+    if "rows" not in record:
+        return WearState(**common)
+    return ContactState(**common, rows=FixedRows(**record["rows"]), domain=FixedRows(**record["domain"]),
+                        grid=(record["grid"][0], record["grid"][1]))
 
 
 def resumed(journal: Mapping[str, Record]) -> WearState | None:
-    """The last state of a journal from which an evolution goes on as if undisturbed: before a cold start."""
-    steps = max((int(key) for key in journal if int(key) % STEPS_FROM_COLD == 0), default=0)
-    return state_of(journal[str(steps)]) if steps else None
+    """The last state of a journal from which an evolution goes on as if undisturbed: of a contact before a cold start."""
+    steps = [int(key) for key in journal if "/" not in key]
+    cold = STEPS_FROM_COLD if steps and "rows" in journal[str(steps[0])] else 1
+    last = max((step for step in steps if step % cold == 0), default=0)
+    return state_of(journal[str(last)]) if last else None
 
 
 def table(rows: Sequence[Record]) -> bytes:
     """The rows as CSV, the errors last."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *(f"error.{name}" for name in ESTIMATED)])
-    for row in rows:
-        errors = [row["error"][name] for name in ESTIMATED]
-        writer.writerow([*(f"{row[name]:.7g}" for name in COLUMNS), *("nan" if e is None else f"{e:.3g}" for e in errors)])
+    writer.writerow(rows[0])
+    writer.writerows([f"{row.get(name, np.nan):.7g}" for name in rows[0]] for row in rows)
     return text.getvalue().encode()
 
 
 @dataclass(frozen=True)
 class Snapshots:
-    """Profiles (m, by body), `loads` (N/m) and the largest T_γ/A (Pa), `work`, each (snapshots, points), at `y` (m) after
-    `distances` (m)."""
+    """Some steps, after `distances` (m): `profiles` (m, by body), `loads` (N/m) and the largest T_γ/A (Pa), `work`, each
+    (snapshots, points), at `y` (m). Of a wheelset only the worn `depths` (m) of its outlines by name, (snapshots, rows), with
+    the rows' middles along the outlines in `lengths` (m)."""
 
-    y: Array
     distances: Array
-    profiles: dict[BodyName, Array]
-    loads: Array
-    work: Array
+    y: Array = field(default_factory=lambda: np.zeros(0))
+    profiles: Mapping[BodyName, Array] = field(default_factory=dict)
+    loads: Array = field(default_factory=lambda: np.zeros(0))
+    work: Array = field(default_factory=lambda: np.zeros(0))
+    depths: Mapping[str, Array] = field(default_factory=dict)
+    lengths: Mapping[str, Array] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, problem: Problem, records: Sequence[Record]) -> Snapshots:
-        """As many of the records as are asked for, evenly over the largest worn depth, with the first and the last one, at
-        the rows of the last one."""
-        assert problem.wear is not None
-        depth = np.array([max(record["row"][f"depth_max_{body}_um"] for body in BODIES) for record in records])
-        wanted = np.linspace(0.0, depth[-1], problem.wear.snapshots + 1)
+    def of(cls, problem: Problem | WheelsetProblem, wear: Wear, records: Sequence[Record]) -> Snapshots:
+        """As many of the records as are asked for, evenly over the largest worn depth, with the first and the last one; of a
+        contact at the rows of the last one."""
+        states = [state_of(record) for record in records]
+        depth = np.array([state.deepest for state in states])
+        wanted = np.linspace(0.0, depth[-1], wear.snapshots + 1)
         chosen = sorted({int(np.argmin(np.abs(depth - d))) for d in wanted} | {0, len(records) - 1})
-        states = [state_of(records[i]) for i in chosen]
-        y, rows = states[-1].rows.y, states[-1].rows
-        profiles = {body: np.array([surface.height(y) - state.on(rows).worn[body] for state in states])
+        shown = [states[i] for i in chosen]
+        distances, last = np.array([state.distance for state in shown]), shown[-1]
+        if isinstance(problem, WheelsetProblem):
+            lengths = {name: np.asarray((np.arange(len(last.worn[name])) + 0.5) * size) for name, size in last.sizes.items()}
+            return cls(distances, depths={name: np.array([state.worn[name] for state in shown]) for name in lengths},
+                       lengths=lengths)
+        assert isinstance(last, ContactState)
+        y = last.rows.y
+        on_rows = [state.on(last.rows).worn for state in shown if isinstance(state, ContactState)]
+        profiles = {body: np.asarray(surface.height(y) - np.array([worn[body] for worn in on_rows]))
                     for body, surface in zip(BODIES, surfaces(planar(problem)), strict=True)}
-        loads, work = (np.array([np.interp(y, records[i]["load_y"], records[i][name], left=0.0, right=0.0) for i in chosen])
-                       for name in ("load", "work"))
-        return cls(y, np.array([state.distance for state in states]), profiles, loads, work)
+        loads, work = (np.array([np.interp(y, records[i]["y"], records[i][name], left=0.0, right=0.0) for i in chosen])
+                       for name in ("line_load", "T_gamma_per_area"))
+        return cls(distances, y, profiles, np.asarray(loads), np.asarray(work))
+
+    @property
+    def datasets(self) -> Iterator[tuple[str, Array, str, str]]:
+        """Name, values, unit and meaning of each dataset."""
+        yield "distance", self.distances, "m", "distance rolled"
+        for name, depth in self.depths.items():
+            where = name.replace("_", ", ")
+            yield f"length_{name}", self.lengths[name], "m", f"middle of a row along the new outline of the {where}"
+            yield f"depth_{name}", depth, "m", f"depth worn off the {where}"
+        if self.profiles:
+            yield "y", self.y, "m", "lateral"
+            for body, heights in self.profiles.items():
+                yield f"profile_{body}", heights, "m", f"height of the {body} body"
+            yield "line_load", self.loads, "N/m", "pressure integrated along rolling"
+            yield "T_gamma_per_area", self.work, "Pa", "largest frictional work per area and distance rolled"
 
 
 def write_group(file: h5py.File, rows: Sequence[Record], kept: Snapshots) -> None:
-    """The group /wear: scalars over the steps; profiles, line load and T_γ/A of the snapshots over y."""
+    """The group /wear: columns over the steps, and the snapshots."""
     group = file.create_group("wear")
     steps = group.create_group("steps")
-    for name, meaning in COLUMNS.items():
-        steps.create_dataset(name, data=[row[name] for row in rows]).attrs["long_name"] = meaning
-    for name in ESTIMATED:
-        errors = [np.nan if row["error"][name] is None else row["error"][name] for row in rows]
-        steps.create_dataset(f"error.{name}", data=errors).attrs["long_name"] = f"estimated error: {COLUMNS[name]}"
-    for name, values, unit, meaning in (
-        ("y", kept.y, "m", "lateral"), ("distance", kept.distances, "m", "distance rolled"),
-        *((f"profile_{body}", kept.profiles[body], "m", f"height of the {body} body") for body in BODIES),
-        ("line_load", kept.loads, "N/m", "pressure integrated along rolling"),
-        ("T_gamma_per_area", kept.work, "Pa", "largest frictional work per area and distance rolled"),
-    ):
+    for name in rows[0]:
+        column = [row.get(name, np.nan) for row in rows]
+        steps.create_dataset(name, data=column).attrs["long_name"] = meaning_of(name)
+    for name, values, unit, meaning in kept.datasets:
         group.create_dataset(name, data=values).attrs.update({"units": unit, "long_name": meaning})
 
 
-def worn_points(problem: Problem, state: WearState) -> dict[BodyName, list[list[float]]]:
-    """[y, height] in mm over the whole profile of each worn body."""
-    geometry = worn_geometry(planar(problem), state.rows, state.worn)
-    return {body: [[float(f"{1e3 * y:.9g}"), float(f"{1e3 * height:.9g}")] for y, height in
-                   getattr(geometry, f"{body}_profile").points] for body in BODIES if state.worn[body].any()}
+def worn_points(task: Problem | WheelsetProblem, state: WearState) -> dict[str, list[list[float]]]:
+    """Points in mm over the whole profile of each worn body, [y, height], or outline of a wheelset, [y, z]."""
+    worn, points = [name for name, depth in state.worn.items() if depth.any()], dict[str, Points]()
+    if isinstance(task, WheelsetProblem):
+        outlines = worn_outlines(outlines_of(task), state)
+        points = {name: outlines[name].worn for name in worn}
+    else:
+        assert isinstance(state, ContactState)
+        geometry = worn_geometry(planar(task), state.rows, state.worn)
+        points = {body: getattr(geometry, f"{body}_profile").points for body in worn}
+    return {name: [[float(f"{1e3 * y:.9g}"), float(f"{1e3 * z:.9g}")] for y, z in line] for name, line in points.items()}
 
 
 def worn_case(case: Case, state: WearState) -> Case:
-    """`case` with the worn profiles in place of its own."""
+    """`case` with the worn profiles in place of its own; of a wheelset at the first of its positions."""
+    positions = case.settings.wear and case.settings.wear.positions
+    if positions:
+        values = positions[0][1]
+        assert isinstance(values, dict)
+        case = case.with_values(values)
     content = json.loads(case.to_json())
-    for body, points in worn_points(case.problem, state).items():
-        content["geometry"].pop(f"{body}_radius_y_mm", None)
-        content["geometry"][f"{body}_profile"] = {"points_mm": points}
-    if state.result is not None and state.result.problem.approach is not None:
+    for name, points in worn_points(case.task, state).items():
+        body, _, side = name.partition("_")
+        if side:
+            section, key = OUTLINE_OF[body]
+            own = content[section].get(side) or {}
+            content[section][side] = own | {key: {"points_mm": points}}
+        else:
+            content["geometry"].pop(f"{body}_radius_y_mm", None)
+            content["geometry"][f"{body}_profile"] = {"points_mm": points}
+    if isinstance(state, ContactState) and state.result is not None and state.result.problem.approach is not None:
         content["load"]["approach_um"] = 1e6 * state.result.problem.approach
     return Case.from_json(json.dumps(content), name=case.name)
 
 
-def write_profiles(folder: pathlib.Path, name: str, problem: Problem, state: WearState) -> list[pathlib.Path]:
+def write_profiles(folder: pathlib.Path, case: Case, state: WearState) -> list[pathlib.Path]:
     """The worn profiles as CSV files that a case reads again, where they lie: without offset and tilt. Raises OSError."""
     written = []
-    for body, points in worn_points(problem, state).items():
-        path = folder / f"{name}_worn_{body}.csv"
-        lines = "".join(f"{y!r},{height!r}\n" for y, height in points)
-        write_bytes(path, ("# y in mm, height in mm; offset and tilt of the case are in it\n" + lines).encode())
+    for name, points in worn_points(case.task, state).items():
+        path = folder / f"{case.name}_worn_{name}.csv"
+        lines = "".join(f"{y!r},{z!r}\n" for y, z in points)
+        about = ("y in mm to the field side, z in mm down" if "_" in name
+                 else "y in mm, height in mm; offset and tilt of the case are in it")
+        write_bytes(path, (f"# {about}\n" + lines).encode())
         written.append(path)
     return written
