@@ -43,12 +43,6 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, page: Any, files: Files, **_: Any) -> str:
-    """Links show the title of the page they lead to, where docs/ shows the name of its file."""
-    titles = {item.file.src_uri: item.title for item in (other.page for other in files) if item is not None}
-    return re.sub(r"\[`?(\w+\.md)`?\](?=\(\1)", lambda link: f"[{titles.get(link[1]) or link[1]}]", markdown)
-
-
 def first_page() -> str:
     """The README, with links that start from docs/."""
     text = (ROOT / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
@@ -60,7 +54,8 @@ def reference() -> str:
     """A section for each public name of the package, from its docstring."""
     places = thermoroll_cli._PLACES
     sections = "".join(f"::: {places[name]}.{name}\n\n" for name in sorted({*places} & {*thermoroll_cli.__all__}))
-    return f"# Reference\n\nAll names are imported from `thermoroll_cli`; [python.md](python.md) shows their use.\n\n{sections}"
+    opening = "# Python reference\n\nAll names are imported from `thermoroll_cli` ([examples](read_results.md#in-python)).\n\n"
+    return opening + sections
 
 
 def gallery() -> str:

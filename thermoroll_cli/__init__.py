@@ -1,6 +1,6 @@
 """Three-dimensional thermo-elastic rolling contact in the steady state.
 
-For notebooks and scripts (docs/python.md)::
+For notebooks and scripts (docs/read_results.md)::
 
     from thermoroll_cli import Case, solve
 

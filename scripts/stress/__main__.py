@@ -27,7 +27,8 @@ from scripts.stress import coverage
 from scripts.stress.outcome import Outcome, Pair
 from scripts.stress.populations import POPULATIONS, run_seed
 
-DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "robustness.md"
+PAGES = {"stress": "developing", "coverage": "verification"}
+"""Pages of docs/ with the tables."""
 CONVERGED_SHARE = 0.995
 MEDIAN_WORK, LARGE_WORK = 80, 300
 SLOW = 30.0
@@ -83,15 +84,19 @@ def missed(outcomes: list[Outcome]) -> list[str]:
     return found
 
 
+def _page(place: str) -> pathlib.Path:
+    return pathlib.Path(__file__).parents[2] / "docs" / f"{PAGES[place]}.md"
+
+
 def write(place: str, text: str) -> None:
-    """Put `text` between the marks of `place` in the document."""
-    before, mark, rest = DOCUMENT.read_text(encoding="utf-8").partition(f"<!-- {place} -->\n")
-    DOCUMENT.write_text(before + mark + text + "<!-- end" + rest.partition("<!-- end")[2], encoding="utf-8")
+    """Put `text` between the marks of `place` in its page."""
+    before, mark, rest = _page(place).read_text(encoding="utf-8").partition(f"<!-- {place} -->\n")
+    _page(place).write_text(before + mark + text + "<!-- end" + rest.partition("<!-- end")[2], encoding="utf-8")
 
 
 def written_rows() -> dict[str, str]:
-    """The lines of populations that the document has, by name."""
-    text = DOCUMENT.read_text(encoding="utf-8").partition("<!-- stress -->\n")[2].partition("<!-- end")[0]
+    """The lines of populations that the page has, by name."""
+    text = _page("stress").read_text(encoding="utf-8").partition("<!-- stress -->\n")[2].partition("<!-- end")[0]
     return {line.split(" | ")[0].removeprefix("| "): line for line in text.splitlines(keepends=True)}
 
 
@@ -104,7 +109,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--grids", type=int, nargs="+", default=(), metavar="N",
                         help="elements per side for coverage; its table is written, too")
     parser.add_argument("--store", type=pathlib.Path, help="a file that keeps outcomes: its cases are not solved again")
-    parser.add_argument("--write", action="store_true", help=f"put the tables into {DOCUMENT.name}")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/")
     wishes = parser.parse_args(arguments)
     for word in wishes.populations:
         if not any(name.startswith(word) for name in POPULATIONS):

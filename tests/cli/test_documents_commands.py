@@ -98,7 +98,7 @@ def session(block: str) -> Iterator[tuple[str, str]]:
 def test_readme_and_recipes(place: Path) -> None:
     """The README's minute is among the commands, which run as printed. A drift that is there is found by the recipe for CI."""
     (minute,) = blocks("README", "sh")
-    recipes, commands = (smaller(block) for block in blocks("scripting", "sh"))
+    commands, recipes = (smaller(block) for block in blocks("commands", "sh"))
     assert minute.splitlines()[0] in commands and smaller(minute.splitlines()[1].split("#")[0]) in commands
     run(commands, place)
     (lines,) = blocks("README", "python")
@@ -148,29 +148,19 @@ def test_sweeps_and_tables(place: Path) -> None:
     python(simulated.replace('"kalker.h5"', f'"{ROOT / "cases" / "creep_forces_circle.h5"}"'), place)
 
 
-def test_package_page(place: Path) -> None:
-    (script,) = blocks("package", "sh")
-    install, _, rest = script.partition("\n")
-    assert install == "pip install ./thermoroll"
-    run(smaller(rest), place)
-    (script,) = blocks("package", "python")
-    python(script, place)
-    assert (place / "my_case.h5").exists()
-
-
 def test_scripts_of_the_other_pages(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = solve(Case.read(place / "cases" / "table1.toml"))
     (place / "results").mkdir()
     result.save(place / "results" / "my_contact.h5")
     monkeypatch.chdir(place)
-    for name in ("cases_and_files", "developing"):
+    for name in ("developing", "wheelset"):
         for script in blocks(name, "python"):
             exec(compile(script, f"{name}.md", "exec"), {"result": result, "problem": result.problem})
 
 
 def test_tables_of_a_case(place: Path) -> None:
-    """What case_tables.md shows of case files is valid."""
-    profile, layers, relaxing, tracks, below, strength, wear, regimes = blocks("case_tables", "toml")
+    """What write_a_case.md shows of case files is valid."""
+    profile, layers, relaxing, tracks, below, strength, wear, regimes = blocks("write_a_case", "toml")
     wheel = (ROOT / "cases" / "wheel_rail.toml").read_text(encoding="utf-8")
     for name, shown in (("thermal", tracks), ("subsurface", below), ("geometry", profile)):
         without = re.sub(rf"(?ms)^\[{name}\]\n.*?(?=^\[|\Z)", "", wheel) if f"\n[{name}]" in wheel else wheel
@@ -182,4 +172,4 @@ def test_tables_of_a_case(place: Path) -> None:
     assert len(Case.parse(f"{uncoated}\n{layers}").problem.upper.layers) == 1
     other = re.sub(r"(?ms)^\[material\.upper\]\n.*?(?=^\[)", "", uncoated)
     assert len(Case.parse(f"{other}\n{relaxing}").problem.upper.relaxation) == 3
-    assert call("export", "--help").stdout.count("--history") and "--history Y,Z" in page("case_tables")
+    assert call("export", "--help").stdout.count("--history") and "--history Y,Z" in page("write_a_case")

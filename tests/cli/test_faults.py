@@ -1,4 +1,4 @@
-"""Faults that the tests of single commands leave out: see docs/robustness.md, Faults."""
+"""Faults that the tests of single commands leave out: see docs/developing.md, Faults."""
 
 from __future__ import annotations
 

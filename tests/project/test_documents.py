@@ -103,6 +103,6 @@ def test_closed_forms_are_met() -> None:
 
 def test_tables_of_what_is_declared_are_those_of_the_package() -> None:
     """`python -m scripts.figures.figures_documents` writes them."""
-    page = (ROOT / "docs" / "cases_and_files.md").read_text(encoding="utf-8")
+    pages = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     for name, found in declared().items():
-        assert f"<!-- table declared {name} -->\n{markdown(found)}<!-- end -->" in page, name
+        assert f"<!-- table declared {name} -->\n{markdown(found)}<!-- end -->" in pages, name

@@ -55,7 +55,7 @@ def test_concave_raceway_is_concave() -> None:
 
 def test_the_readme_says_how_to_run_and_exit_codes_are_listed() -> None:
     assert "make run" in README and "make test" in README
-    page = (ROOT / "docs" / "scripting.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     for code in ("0", "1", "2", "3", "4", "5", "6"):
         assert f"\n| {code} | " in page
 
@@ -146,4 +146,4 @@ def test_the_source_distribution_has_everything(tmp_path: Path) -> None:
     with tarfile.open(archive) as packed:
         names = {name.partition("/")[2] for name in packed.getnames()}
     assert tracked - names == set()
-    assert {"docs/python.md", "cases/wheel_rail.toml", "tests/reference/README.md", "thermoroll_cli/py.typed"} <= names
+    assert {"docs/tutorial.md", "cases/wheel_rail.toml", "tests/reference/README.md", "thermoroll_cli/py.typed"} <= names

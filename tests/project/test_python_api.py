@@ -1,4 +1,4 @@
-"""What `thermoroll_cli` offers to notebooks and scripts: as docs/python.md says."""
+"""What `thermoroll_cli` offers to notebooks and scripts: as docs/read_results.md says."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from thermoroll_cli.sweeps.points import MOST_POINTS
 
 MECHANICAL_CASE = Case.parse(MECHANICAL)
 ROOT = Path(thermoroll_cli.__file__).parent.parent
-PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "read_results.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +32,8 @@ def hot() -> Result:
 
 
 def test_the_page_runs(tmp_path: Path) -> None:
-    """All blocks of docs/python.md, one after the other, with warnings as errors. Only the block that names xarray needs it.
-    What `print` writes is what stands beside it."""
+    """All blocks of docs/read_results.md, one after the other, with warnings as errors. Only the block that names xarray needs
+    it. What `print` writes is what stands beside it."""
     (tmp_path / "cases").symlink_to(ROOT / "cases")
     blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     assert sum("xarray" in block for block in blocks) == 1

@@ -254,7 +254,7 @@ def test_few_layers_have_wide_estimates_and_a_warning():
 def test_error_estimates_cover_coarse_grids():
     """Against N = 48, sticking, spinning, elliptic and heated: the error at N = 16 within both estimates.
 
-    Of 56 scalars, some of them twice; of 40 random cases 98 % are covered (docs/robustness.md)."""
+    Of 56 scalars, some of them twice; of 40 random cases 98 % are covered (docs/verification.md)."""
     cases = (
         {"creepage": (0.0005, 0.0)},
         {"creepage": (0.001, 0.002), "geometry": ellipse(0.4), "spin": 30.0},

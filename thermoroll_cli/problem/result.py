@@ -263,7 +263,7 @@ class Result:
         }
 
     def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
-        """Write this result as `thermoroll run` does (docs/cases_and_files.md), complete or not at all.
+        """Write this result as `thermoroll run` does (docs/read_results.md), complete or not at all.
 
         Parameters:
 

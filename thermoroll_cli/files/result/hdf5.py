@@ -1,7 +1,7 @@
 """One HDF5 file per solve: fields as arrays with dimensions and units, scalars as attributes, and the case itself.
 
 The file is built in memory and written in one go (`atomic.write_bytes`): HDF5 has no good answer to a disk that fills up
-while a file is open, a byte string has. The layout: docs/cases_and_files.md, "Result files".
+while a file is open, a byte string has. The layout: docs/read_results.md, "Result files".
 """
 
 from __future__ import annotations
