@@ -19,8 +19,6 @@ from thermoroll_cli.problem.problem import Problem
 
 ROOT = pathlib.Path(__file__).parents[1]
 CASES = sorted((ROOT / "cases").glob("*.toml"))
-GRID = 64
-"""Elements per side of the gallery's pictures."""
 SENTENCES = 3
 USUAL = "traction"
 KINDS = {
@@ -35,11 +33,12 @@ KINDS = {
 
 def on_files(files: Files, config: Any) -> Files:
     """Add the pages and pictures to those of docs/."""
+    grid = config["extra"]["gallery_grid"]
     files.append(File.generated(config, "index.md", content=first_page()))
     files.append(File.generated(config, "reference.md", content=reference()))
-    files.append(File.generated(config, "gallery.md", content=gallery()))
+    files.append(File.generated(config, "gallery.md", content=gallery(grid)))
     for path in CASES:
-        files.append(File.generated(config, f"gallery/{path.stem}.png", content=picture(path)))
+        files.append(File.generated(config, f"gallery/{path.stem}.png", content=picture(path, grid)))
     return files
 
 
@@ -58,7 +57,7 @@ def reference() -> str:
     return opening + sections
 
 
-def gallery() -> str:
+def gallery(grid: int) -> str:
     """Picture, title, the first sentences of the comment and the commands of each case."""
     sections = []
     for path in CASES:
@@ -70,7 +69,7 @@ def gallery() -> str:
             f"```sh\n{shown}\n```\n\n"
             f"![{KINDS.get(path.stem, USUAL)} of {path.stem}](gallery/{path.stem}.png)\n"
         )
-    opening = (f"# Gallery\n\nThe cases in `cases/`, each with the picture of its subject on {GRID} × {GRID} elements. "
+    opening = (f"# Gallery\n\nThe cases in `cases/`, each with the picture of its subject on {grid} × {grid} elements. "
                "Maps are seen from below ([frames](frames.md)).\n\n")
     return opening + "\n".join(sections)
 
@@ -86,10 +85,10 @@ def summary(text: str) -> tuple[str, list[str]]:
     return "".join(sentences[:SENTENCES]).strip(" :;"), commands
 
 
-def picture(path: pathlib.Path) -> bytes:
-    """The picture of what a case is about, on a coarse grid; of a wheelset the section across the track."""
+def picture(path: pathlib.Path, grid: int) -> bytes:
+    """The picture of what a case is about, on a `grid` per side; of a wheelset the section across the track."""
     kind = KINDS.get(path.stem, USUAL)
-    task = Case.read(path).with_values({"numerics.grid": GRID}).task
+    task = Case.read(path).with_values({"numerics.grid": grid}).task
     file = io.BytesIO()
     with style.applied():
         if isinstance(task, Problem):

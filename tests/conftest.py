@@ -14,6 +14,8 @@ from thermoroll_cli.process import one_thread
 
 # Before anything loads NumPy, as the command does: a second thread of linear algebra costs a quarter more processor time here.
 one_thread()
+# The hundreds of processes that tests start need not compile the package each.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 def pytest_configure(config: pytest.Config) -> None:

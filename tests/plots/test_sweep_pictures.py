@@ -21,8 +21,9 @@ from thermoroll_cli.files.case_model import Settings
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.plots.sweep_figures import BETWEEN, is_logarithmic, sweep_figure, with_value, words_of
-from thermoroll_cli.sweeps import table as sweep_table
-from thermoroll_cli.sweeps.table import SweepColumns, draw_table, read_sweep, write_csv
+from thermoroll_cli.sweeps import table_picture
+from thermoroll_cli.sweeps.table import SweepColumns, read_sweep, write_csv
+from thermoroll_cli.sweeps.table_picture import draw_table
 
 OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
 
@@ -95,7 +96,7 @@ def test_the_key_with_most_values_is_the_axis(monkeypatch: pytest.MonkeyPatch, t
         orders.append(over)
         return sweep_figure(table, over, **options)
 
-    monkeypatch.setattr(sweep_table, "sweep_figure", noted)
+    monkeypatch.setattr(table_picture, "sweep_figure", noted)
     assert draw_table(SweepColumns(columns, (*OVER, "load.normal_N"), listed=False), tmp_path / "a.png", dpi=30) == ""
     assert orders == [["rolling.speed_m_s", "geometry.lower_radius_y_mm", "load.normal_N"]]
     assert legend(drawn(columns, orders[0]))[:2] == ["lower radius y = 15 mm, normal load = 1 N",

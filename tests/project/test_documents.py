@@ -54,11 +54,11 @@ def test_lists_begin_after_an_empty_line() -> None:
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the site, built without a warning."""
+    """The folder of the site, built without a warning, with pictures of coarse contacts."""
     pytest.importorskip("mkdocs")
     pytest.importorskip("latex2mathml")
     folder = tmp_path_factory.mktemp("documents") / "site"
-    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1", "OPENBLAS_NUM_THREADS": "1", "GALLERY_GRID": "16"}
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and "WARNING" not in done.stderr, done.stderr

@@ -42,6 +42,13 @@ def test_validating_needs_no_pictures(tmp_path: Path) -> None:
     assert loaded(["validate", str(tmp_path / "case.toml")], ("matplotlib", "scipy.optimize", "dask")) == "0"
 
 
+def test_processes_that_only_solve_points_load_no_pictures() -> None:
+    """What a worker of a sweep imports, with the batch that it is sent."""
+    program = ("import sys, thermoroll_cli.sweeps.sweep; "
+               "print(*({'matplotlib', 'scipy.optimize', 'scipy.interpolate'} & sys.modules.keys()))")  # fmt: skip
+    assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "\n"
+
+
 def test_linear_algebra_gets_one_thread() -> None:
     """Unless the user wants otherwise: sums depend on the number of threads in their last digits."""
     program = ("import os; from thermoroll_cli.cli.main import main; main(['--version']); "

@@ -16,7 +16,7 @@ from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.problem.problem import Numerics
 
-CASES = 80
+CASES = 50
 BEYOND = (18, 48)
 """Seeds beyond the limit that have a steady state all the same."""
 HOT = THERMAL.replace("grid = 16", "grid = 8").replace("speed_m_s = 1.0", "speed_m_s = 2e3")
@@ -38,16 +38,16 @@ def test_a_case_beyond_the_limit_keeps_the_invariants() -> None:
 def test_contacts_converge_with_little_work_and_keep_the_invariants(cases: list[StressCase]) -> None:
     outcomes = [POPULATIONS["contacts"].check(case) for case in cases if case.below_limit or case.seed in BEYOND]
     assert [outcome.broken for outcome in outcomes if outcome.broken] == [] and missed(outcomes) == []
-    assert sum(not outcome.excused for outcome in outcomes) > 60
+    assert sum(not outcome.excused for outcome in outcomes) > 36
 
 
 @pytest.mark.parametrize(("population", "seeds"), [
-    ("falling friction", range(10)),  # one solution from every start
-    ("rising friction", range(8)),
+    ("falling friction", range(5)),  # one solution from every start
+    ("rising friction", range(4)),
     ("friction from zero", (500, 508, 514, 518)),  # among them some that stay below the slip from which friction rises
-    ("yielding interlayers", range(8)),
+    ("yielding interlayers", range(4)),
     ("bodies that relax", range(5)),  # alike and unlike, in layers, with heat, spin and forces
-    ("coatings", (1, 3, 6, 7, 18)),  # thin and thick, stiff and soft ones, on one body and on both, some with heat
+    ("coatings", (1, 3, 6, 7)),  # thin and thick, stiff and soft ones, on one body and on both, some with heat
 ])
 def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds: range) -> None:
     chosen = POPULATIONS[population]
@@ -58,7 +58,7 @@ def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds
 @pytest.mark.parametrize(("population", "seeds"), [
     ("profiles", (4, 5, 6, 7, 18, 24)),  # all kinds, some with prescribed forces, on grids that need not be square
     ("awkward profiles", (3, 4, 5)), ("conformal pairs", range(9)), ("kinks and ends", (2, 3, 4, 5)),
-    ("offsets", range(500, 504)), ("neighbours", range(7000, 7006)), ("wear", (1, 3)), ("wheelsets", (1,)),
+    ("offsets", range(500, 504)), ("neighbours", range(7000, 7003)), ("wear", (1, 3)), ("wheelsets", (1,)),
     ("friction across", (0, 1, 2)), ("tread and flange", (0, 3)),
     ("displaced wheelsets", (2, 24)), ("moved rails", (1,)), ("given approaches", (0, 1)), ("wear at an approach", (1,)),
     ("wear in service", (4,)),
@@ -75,7 +75,7 @@ def test_drawn_cases_converge_and_keep_the_invariants(population: str, seeds: ra
 ])  # fmt: skip
 def test_estimates_cover_their_errors(population: str, seeds: tuple[int, ...], grid: int, least: int) -> None:
     draw = POPULATIONS[population].draw
-    shortfalls = [shortfall(pair) for seed in seeds for pair in pairs_of(draw(seed), grid, reference=64)]
+    shortfalls = [shortfall(pair) for seed in seeds for pair in pairs_of(draw(seed), grid, reference=48)]
     assert len(shortfalls) >= least and np.mean(np.array(shortfalls) <= 1.0) > 0.9 and max(shortfalls) < 3.0
 
 

@@ -36,7 +36,8 @@ from thermoroll_cli.problem.scalar_errors import (
     repeats,
     scalar_text,
 )
-from thermoroll_cli.sweeps.table import SweepColumns, draw_table, is_sweep_file, read_sweep
+from thermoroll_cli.sweeps.table import SweepColumns, is_sweep_file, read_sweep
+from thermoroll_cli.sweeps.table_picture import draw_table
 from thermoroll_cli.wheelset.conicity import Conicity
 
 TEMPLATE = Path(__file__).with_name("report.html")

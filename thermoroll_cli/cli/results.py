@@ -57,7 +57,8 @@ def plot(
     """Draw the pictures of results and sweeps again."""
     from thermoroll_cli.plots.pictures import draw, kinds_of
     from thermoroll_cli.sweeps.measured import Measured
-    from thermoroll_cli.sweeps.table import draw_table, is_sweep_file, read_sweep
+    from thermoroll_cli.sweeps.table import is_sweep_file, read_sweep
+    from thermoroll_cli.sweeps.table_picture import draw_table
 
     check_no_cases(results)
     endings, stems = options.image_formats(formats), [_stem(path, output) for path in results]

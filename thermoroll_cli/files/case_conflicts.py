@@ -7,6 +7,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import chain, pairwise
 from typing import Any
 
@@ -45,14 +46,19 @@ class Conflict:
 def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid. A check has the tables that it needs as parameters, and is left out
     where one of them is missing or invalid."""
-    checks: tuple[Callable[..., Iterator[Conflict]], ...] = (
-        _convexity, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
-        _bulk_temperatures, _recirculation,
-        _strength, _subsurface, _wear, _wheelset)  # fmt: skip
-    for check in checks:
-        tables = [{**sections, "sections": sections}.get(name) for name in inspect.signature(check).parameters]
+    for check, names in _checks().items():
+        tables = [{**sections, "sections": sections}.get(name) for name in names]
         if None not in tables:
             yield from check(*tables)
+
+
+@cache
+def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
+    """Each check with the names of its tables, asked for once: a sweep checks every point."""
+    checks = (
+        _convexity, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
+        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset)  # fmt: skip
+    return {check: tuple(inspect.signature(check).parameters) for check in checks}
 
 
 def heat_is_on(sections: Sections) -> bool:

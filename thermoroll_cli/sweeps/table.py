@@ -1,5 +1,5 @@
-"""The rows of a sweep: one per point, as CSV, as HDF5 arrays over the swept keys, as curves in a picture, as a data frame; and
-read back from the files."""
+"""The rows of a sweep: one per point, as CSV, as HDF5 arrays over the swept keys, as a data frame; and read back from
+the files."""
 
 from __future__ import annotations
 
@@ -28,10 +28,6 @@ from thermoroll_cli.files.result.hdf5 import (
     read_result,
     stamp,
 )
-from thermoroll_cli.plots import style
-from thermoroll_cli.plots.fit_figures import Figure, mark_measured
-from thermoroll_cli.plots.sweep_figures import sweep_figure
-from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     OVER_LIMIT,
@@ -42,7 +38,6 @@ from thermoroll_cli.problem.names import (
     unit_of,
 )
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.sweeps.measured import Measured
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
 
@@ -58,9 +53,6 @@ STATES = {"isothermal": "without thermal deformation: ", "error": "estimated err
 TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
 """Columns of texts. `unbounded` names the scalars that have no limit at this point, where the contact reaches the end of a
 profile."""
-MOST_DRAWN = 1000
-"""Points of which a picture still shows something."""
-
 
 @dataclass(frozen=True)
 class Row:
@@ -326,46 +318,6 @@ def _read_hdf5(path: pathlib.Path) -> SweepColumns:
 
 def _flat(values: NDArray[Any]) -> list[Any]:
     return [value.decode() if isinstance(value, bytes) else value for value in values.ravel().tolist()]
-
-
-def draw_table(
-    table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None,
-    measured: Measured | None = None,
-) -> str:
-    """Draw the scalars over the key with most numbers, or over words, a curve for each combination of the
-    others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing.
-    Creep forces stand beside those of the theories to `compare` with, `measured` points over all; `dpi` is the resolution of
-    PNG files. Raises OSError, and ValueError for what cannot be compared."""
-    columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
-    varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
-    numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
-    if not varying:
-        return "a sweep of one point has no curve"
-    if len(columns["point"]) > MOST_DRAWN:
-        return f"more than {MOST_DRAWN} points"
-    by_number = table.listed and len(varying) > 1
-    first = [max(numeric, key=lambda key: len(set(columns[key])))] if numeric else []
-    over = ["point"] if by_number else [*first, *(key for key in reversed(varying) if key not in first)]
-    if CONVERGED not in columns["status"]:
-        return "no point converged"
-    with style.applied():
-        if any(name.endswith(".y_rail_mm") for name in columns):
-            style.save(wheelset_sweep_figure(columns, over[0], table.title), path, dpi)
-            return ""
-        figure = sweep_figure(columns, over, title=table.title, compare=compare)
-        if measured is not None:
-            _mark(figure, measured, over[0])
-        style.save(figure, path, dpi)
-    return ""
-
-
-def _mark(figure: Figure, measured: Measured, over: str) -> None:
-    """Draw measured points into the diagrams of a sweep over a key. Raises ValueError if they were not measured over it, or if
-    no diagram shows what was."""
-    if over not in measured.varied:
-        raise ValueError(f"{measured.source} has no column {over}, over which the sweep is drawn")
-    if missing := mark_measured(figure, measured.varied[over], measured.values, measured.deviations):
-        raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
 
 
 class SweepTable(list[dict[str, Any]]):

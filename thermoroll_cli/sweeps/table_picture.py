@@ -1,0 +1,56 @@
+"""The table of a sweep as curves in a picture. Apart from `table`, so that processes that only solve load no matplotlib."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Sequence
+
+from thermoroll_cli.plots import style
+from thermoroll_cli.plots.fit_figures import Figure, mark_measured
+from thermoroll_cli.plots.sweep_figures import sweep_figure
+from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
+from thermoroll_cli.sweeps.measured import Measured
+from thermoroll_cli.sweeps.table import CONVERGED, SweepColumns
+
+MOST_DRAWN = 1000
+"""Points of which a picture still shows something."""
+
+
+def draw_table(
+    table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None,
+    measured: Measured | None = None,
+) -> str:
+    """Draw the scalars over the key with most numbers, or over words, a curve for each combination of the
+    others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing.
+    Creep forces stand beside those of the theories to `compare` with, `measured` points over all; `dpi` is the resolution of
+    PNG files. Raises OSError, and ValueError for what cannot be compared."""
+    columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
+    varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
+    numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
+    if not varying:
+        return "a sweep of one point has no curve"
+    if len(columns["point"]) > MOST_DRAWN:
+        return f"more than {MOST_DRAWN} points"
+    by_number = table.listed and len(varying) > 1
+    first = [max(numeric, key=lambda key: len(set(columns[key])))] if numeric else []
+    over = ["point"] if by_number else [*first, *(key for key in reversed(varying) if key not in first)]
+    if CONVERGED not in columns["status"]:
+        return "no point converged"
+    with style.applied():
+        if any(name.endswith(".y_rail_mm") for name in columns):
+            style.save(wheelset_sweep_figure(columns, over[0], table.title), path, dpi)
+            return ""
+        figure = sweep_figure(columns, over, title=table.title, compare=compare)
+        if measured is not None:
+            _mark(figure, measured, over[0])
+        style.save(figure, path, dpi)
+    return ""
+
+
+def _mark(figure: Figure, measured: Measured, over: str) -> None:
+    """Draw measured points into the diagrams of a sweep over a key. Raises ValueError if they were not measured over it, or if
+    no diagram shows what was."""
+    if over not in measured.varied:
+        raise ValueError(f"{measured.source} has no column {over}, over which the sweep is drawn")
+    if missing := mark_measured(figure, measured.varied[over], measured.values, measured.deviations):
+        raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
