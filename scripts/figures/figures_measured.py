@@ -41,7 +41,7 @@ def _points(axes: Axes, points: Array, scale: float = 1.0) -> None:
 
 def _curve(axes: Axes, model: Case, last: float, colour: str, label: str, *, dotted: bool = False) -> None:
     """Force over creepage in percent."""
-    at = np.geomspace(1e-4, last, 16)
+    at = np.geomspace(1e-4, last, 30)
     smooth = PchipInterpolator(np.append(0.0, at), np.append(0.0, forces(model, {"creepage.longitudinal": at.tolist()})))
     places = last * np.linspace(0.0, 1.0, 400) ** 2
     axes.plot(1e2 * places, smooth(places), color=colour, label=label, linestyle=DOTTED if dotted else "-")
