@@ -23,7 +23,7 @@ from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.wheelset.conicity import Conicity, conicity_of
 from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetResults
+from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver
 
 __all__ = ["Conicity", "Result", "Solver", "conicity", "read_result", "solve"]
 
@@ -53,7 +53,7 @@ def _contact_warnings(problem: Problem) -> Iterable[str]:
 
 KINDS: dict[type[Task], Kind] = {
     Problem: Kind(refinement.Solver, _contact_warnings, lambda problem: make_plan(problem).facts, make_plan),
-    WheelsetProblem: Kind(lambda threads, options: WheelsetResults(threads), wheelset_warnings, facts_of),
+    WheelsetProblem: Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of),
 }
 """The kinds of problems that a case may describe."""
 

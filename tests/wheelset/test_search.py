@@ -29,13 +29,12 @@ def test_places_angles_and_creepages_are_those_of_contact():
         regions = facing.regions()
         assert len(regions) == len(case["contact"]["patches"]), case["name"]
         for patch in case["contact"]["patches"]:
-            region = min(regions, key=lambda region: abs(region.place.y - 1e-3 * side * patch["y_tr"]))
-            place = region.place
-            on_wheel = np.array([place.x, place.y, place.z]) + region.overlap * directions(place.angle)[2]
-            c = creepages(Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel)), on_wheel, place.angle)
+            region = min(regions, key=lambda region: abs(region.y - 1e-3 * side * patch["y_tr"]))
+            on_wheel = region.place + region.overlap * directions(region.angle)[2]
+            c = creepages(Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel)), on_wheel, region.angle)
             seen.append(np.abs([
-                1e3 * place.x - patch["x_tr"], 1e3 * place.y - side * patch["y_tr"], 1e3 * place.z - patch["z_tr"],
-                place.angle - side * patch["angle_rad"],
+                1e3 * region.x - patch["x_tr"], 1e3 * region.y - side * patch["y_tr"], 1e3 * region.z - patch["z_tr"],
+                region.angle - side * patch["angle_rad"],
                 c[0] - patch["cksi"], c[1] - side * patch["ceta"], 1e-3 * c[2] - side * patch["cphi_rad_mm"],
             ]))  # fmt: skip
     # Millimetres, radians (CONTACT prints 1e-4) and creepages.
@@ -76,7 +75,7 @@ def test_the_gap_is_the_distance_to_the_wheel_of_revolution():
         overlap, place = patch.overlap
         assert overlap == pytest.approx(region.overlap, rel=5e-3)
         s = place + np.linspace(-2e-3, 2e-3, 9)
-        x = region.place.x + np.linspace(-6e-3, 6e-3, 2001)
+        x = region.x + np.linspace(-6e-3, 6e-3, 2001)
         gap = patch.gap(x, s)
         np.testing.assert_allclose(gap.min(axis=0), patch.gap_on_locus(s), atol=2e-11)
         base, angle = patch.places(s), patch.inclination(s)

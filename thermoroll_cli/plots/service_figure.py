@@ -16,10 +16,10 @@ MANY = 1000.0
 """Distance in km from which on the axis counts thousands."""
 LARGER = 10.0
 """Factor of the drawn depth."""
-CURVES = {"depth_max_": "largest depth (µm)", "worn_mass_wheel_": "worn mass of a wheel (kg)",
+CURVES = {"depth_max_": "largest depth (µm)", "worn_mass_wheel_": "mass off a wheel (kg)",
           "flange_thickness_": "flange thickness (mm)", "flange_height_": "flange height (mm)",
           "flange_qR_": "qR (mm)", "conicity_3mm": "conicity at 3 mm",
-          "T_gamma_N": "mean wear number $T_γ$ (N)", "lateral_over_vertical_": "largest Y/Q"}  # fmt: skip
+          "T_gamma_N": "mean $T_γ$ (N)", "lateral_over_vertical_": "largest Y/Q"}  # fmt: skip
 """Columns that are drawn, and the labels of their axes."""
 STYLES = {"left": "--", "right": "-"}
 
@@ -57,17 +57,21 @@ def draw_service(path: pathlib.Path, done: _Drawn) -> pathlib.Path:
             shown.set(xlabel="y to the field side (mm)", ylabel="z (mm)", title=f"{body}, depth ten times")
             shown.invert_yaxis()
         for axis, (prefix, label) in zip(axes[2:].flat, CURVES.items(), strict=True):
-            names = [name for name in done.rows[0] if name.startswith(prefix) and not np.isnan(done.rows[0][name])]
-            for name in names:
+            for name in done.rows[0]:
+                values = np.array([row.get(name, np.nan) for row in done.rows])
+                if not name.startswith(prefix) or name.endswith("_error") or np.isnan(values).all():
+                    continue
                 side = next((side for side in sides if side in name), "right")
                 colour = style.BEFORE if "rail" in name else style.AFTER
-                axis.plot(distance, [row[name] for row in done.rows], STYLES[side], color=colour)
+                axis.plot(distance, values, STYLES[side], color=colour)
+                error = np.array([row.get(f"{name}_error", np.nan) for row in done.rows])
+                axis.fill_between(distance, values - error, values + error, color=colour, alpha=0.15, linewidth=0.0)
             axis.set_ylabel(label)
             axis.grid(visible=True)
         for axis in axes[-1]:
             axis.set_xlabel("distance (1000 km)" if thousands else "distance (km)")
         style.add_headline(figure, done.case.settings.title, done.converged,
-                           note="left side broken" if len(sides) > 1 else "")
+                           note="left side dashed; bands: estimated errors" if len(sides) > 1 else "")
         return style.save(figure, path, None)
 
 

@@ -44,25 +44,10 @@ class NoHeight(ArithmeticError):
 
 
 @dataclass(frozen=True)
-class Solved:
-    """Results of a patch on a fine grid about y = `place` (m) on the rail: its vertical force over its load, and its approach
-    over that of the coarse grid at the same load."""
-
-    place: float
-    vertical: float
-    approach: float = 1.0
-
-    def after(self, bearing: Bearing, share: float) -> Solved:
-        """A `share` of the way from what a `bearing` assumed."""
-        return Solved(self.place, bearing.vertical + share * (self.vertical - bearing.vertical),
-                      bearing.over_coarse + share * (self.approach - bearing.over_coarse))
-
-
-@dataclass(frozen=True)
 class Bearing:
     """A patch that carries `load` (N) with an approach `sunk` (m): its overlap less the displacement by its neighbours.
-    `vertical` is the vertical force over the load, `over_coarse` the approach over that of the coarse grid, as they were
-    known."""
+    `vertical` is the vertical force over the load, `over_coarse` the approach over that of the coarse grid, as they are
+    known from a fine grid; without one, as without friction."""
 
     patch: PatchSurface
     load: float
@@ -74,7 +59,7 @@ class Bearing:
     def lateral(self) -> float:
         """Lateral force over the load, as of a right wheel, without the forces along the track: friction makes up the
         difference of `vertical` from the vertical part of the load."""
-        angle = self.patch.region.place.angle
+        angle = self.patch.region.angle
         sine, cosine = math.sin(angle), math.cos(angle)
         return (self.vertical - cosine) * cosine / sine - sine
 
@@ -88,9 +73,9 @@ class WheelOnRail:
         self._indentations: list[Indentation] = []
         self._loads = np.zeros(0)
 
-    def bearings(self, facing: Facing, lowered: float, solved: Sequence[Solved]) -> list[Bearing]:
+    def bearings(self, facing: Facing, lowered: float, solved: Sequence[Bearing]) -> list[Bearing]:
         """The patches that carry load when the wheel of `facing` is lower by this height (m), with what is known of them from
-        fine grids, `solved`.
+        those that were `solved`.
 
             δ_i(W_i) + Σ_j≠i W_j/(π E* d_ij) = overlap_i
 
@@ -110,15 +95,15 @@ class WheelOnRail:
         for _ in range(SHARE_ROUNDS):
             sunk = overlap - apart
             self._loads = np.array([
-                indentation.load(way, depth, each.approach)
+                indentation.load(way, depth, each[1])
                 for indentation, way, depth, each in zip(self._indentations, moved, sunk.tolist(), known, strict=True)])
             missed = apart - by_others @ self._loads
             if not by_others.any() or np.abs(missed).max() <= SHARED * overlap.max():
                 break
             stiffness = STIFFENING * self._loads / np.where(sunk > 0.0, sunk, 1.0)
             apart = apart - np.linalg.solve(np.eye(len(overlap)) + by_others * stiffness, missed)
-        return [Bearing(indentation.patch, float(load), float(depth), each.vertical, each.approach)
-                for indentation, load, depth, each in zip(self._indentations, self._loads, sunk, known, strict=True)
+        return [Bearing(indentation.patch, float(load), float(depth), *ratios)
+                for indentation, load, depth, ratios in zip(self._indentations, self._loads, sunk, known, strict=True)
                 if load > 0.0]
 
     def _find(self, facing: Facing, position: Position) -> None:
@@ -136,23 +121,25 @@ class WheelOnRail:
 
     def _compliance(self) -> Array:
         """1/(π E* d_ij) between the patches in m/N, (n, n); 0 of each to itself."""
-        places = [indentation.patch.region.place for indentation in self._indentations]
-        points = np.array([(place.x, place.y, place.z) for place in places]).reshape(-1, 3)
+        points = np.array([indentation.patch.region.place for indentation in self._indentations]).reshape(-1, 3)
         away = np.linalg.norm(points[:, None] - points, axis=-1)
         away[np.diag_indices(len(points))] = math.inf
         return np.asarray(1.0 / (math.pi * self.contact_modulus * away))
 
 
-def _known(patch: PatchSurface, solved: Sequence[Solved]) -> Solved:
-    """What is known of a patch from fine grids; without that, as without friction."""
-    place = patch.region.place
-    near = min(solved, key=lambda each: abs(each.place - place.y), default=None)
-    if near is not None and abs(near.place - place.y) < SAME_PATCH:
-        return near
-    return Solved(place.y, math.cos(place.angle))
+def _known(patch: PatchSurface, solved: Sequence[Bearing]) -> tuple[float, float]:
+    """Vertical force over the load, and approach over that of the coarse grid, of the bearing nearest to a patch; without one
+    near it, as without friction."""
+    def away(bearing: Bearing) -> float:
+        return abs(bearing.patch.region.y - patch.region.y)
+
+    near = min(solved, key=away, default=None)
+    if near is None or away(near) >= SAME_PATCH:
+        return math.cos(patch.region.angle), 1.0
+    return near.vertical, near.over_coarse
 
 
-Placed = tuple[WheelOnRail, Facing, Sequence[Solved]]
+Placed = tuple[WheelOnRail, Facing, Sequence[Bearing]]
 """A wheel at its place except for its height, and what is known of its patches."""
 
 

@@ -17,47 +17,36 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.wheelset.curves import STEP, curve
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.wheelset.one_wheel import Bearing
 from thermoroll_cli.wheelset.patch_surface import CLOSE
+from thermoroll_cli.wheelset.wheelset_problem import SideName
 
 VIRTUAL = 0.55
 """Overlap of the virtual patch over the approach."""
 
 
-@dataclass(frozen=True)
-class PatchMotion:
-    """The rigid motion over a patch: `slip` as a field, and the creepages c_x, c_s, c_φ (rad/m) at its reference place."""
-
-    slip: Slip
-    creepages: tuple[float, float, float]
-    points: Array
-    """Points of the wheel's undeformed surface at the places asked for, (n, 3)."""
+def slip_on(bearing: Bearing, motion: MotionOfWheelset) -> Slip:
+    """The rigid motion over a patch of a right wheel; slip counts from the wheel's own undeformed surface."""
+    region, facing = bearing.patch.region, bearing.patch.facing
+    on_wheel = region.place + bearing.patch.overlap[0] * directions(region.angle)[2]
+    return Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel.tolist()))
 
 
-def motion_of(bearing: Bearing, motion: MotionOfWheelset, s: Array) -> PatchMotion:
-    """The motion over a patch of a right wheel; slip counts from the wheel's own undeformed surface."""
-    patch, facing = bearing.patch, bearing.patch.facing
-    place = patch.region.place
-    on_wheel = np.array([place.x, place.y, place.z]) + patch.overlap[0] * directions(place.angle)[2]
-    slip = Slip(motion, facing.position, facing.wheel.radius, (float(on_wheel[0]), float(on_wheel[1]), float(on_wheel[2])))
-    points = patch.wheel_points(s) + np.array([place.x, 0.0, 0.0])
-    return PatchMotion(slip, creepages(slip, on_wheel, place.angle), points)
-
-
-def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelset, load: float) -> Problem:
-    """`contact` with the geometry, the `load` (N) and the creepages of a patch of a right wheel."""
-    patch = bearing.patch
-    place = patch.region.place
+def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelset) -> Problem:
+    """`contact` with the geometry, the load and the creepages of a patch of a right wheel."""
+    patch, region = bearing.patch, bearing.patch.region
     s, lowest, x_lowest, fitted = patch.table
-    moves = motion_of(bearing, motion, s)
-    c_x, c_s, c_phi = moves.creepages
+    slip = slip_on(bearing, motion)
+    c_x, c_s, c_phi = creepages(slip, np.array(slip.place), region.angle)
     angle = patch.inclination(s)
-    turned = angle - place.angle
+    turned = angle - region.angle
     lateral = patch.lateral(s)
-    w = moves.slip.velocity(moves.points)
+    w = slip.velocity(patch.wheel_points(s))
     along_s = np.cos(angle) * w[:, 1] + np.sin(angle) * w[:, 2]
-    spin = moves.slip.rotation @ np.array([np.zeros(len(s)), -np.sin(angle), np.cos(angle)])
+    spin = slip.rotation @ np.array([np.zeros(len(s)), -np.sin(angle), np.cos(angle)])
     # The departure of the slip from that of a plane with the creepages of the place.
     slips = -w[:, 0] + c_x - c_phi * lateral, -along_s + c_s * np.cos(turned), spin - c_phi * np.cos(turned)
     if not patch.curved:
@@ -65,7 +54,7 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     # An approach closes the gap by its part along the normal: that of the bearing must lead to the gap at its height.
     lowest = lowest + patch.overlap[0] - bearing.sunk * (1.0 - np.cos(turned))
     # Against the track: y = −s.
-    columns = {"y": -s, "lateral": -lateral, "angle": turned, "gap_lowest": lowest, "x_lowest": place.x - x_lowest,
+    columns = {"y": -s, "lateral": -lateral, "angle": turned, "gap_lowest": lowest, "x_lowest": region.x - x_lowest,
                "curvature": 2.0 * fitted[0], "cubic": -fitted[1], "quartic": fitted[2],
                "slip_x": slips[0], "slip_y": slips[1], "spin": slips[2]}
     rows: dict[str, Any] = {name: tuple(column[::-1].tolist()) for name, column in columns.items()}
@@ -73,8 +62,8 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     low, high = patch.limits
     geometry = CurvedPatch(**rows, lower_radius_x=math.inf, upper_radius_x=patch.facing.wheel.radius,
                            free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)))
-    moving = replace(contact.motion, speed=moves.slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
-    return replace(contact, geometry=geometry, normal_force=load, motion=moving, friction=friction_of(contact, bearing))
+    moving = replace(contact.motion, speed=slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
+    return replace(contact, geometry=geometry, normal_force=bearing.load, motion=moving, friction=friction_of(contact, bearing))
 
 
 def friction_of(contact: Problem, bearing: Bearing) -> Friction:
@@ -93,11 +82,15 @@ def friction_of(contact: Problem, bearing: Bearing) -> Friction:
 
 
 @dataclass(frozen=True)
-class PatchForces:
-    """What a patch of a right wheel does, in track axes seen from its side (m, N): its centre of pressure, the inclination
-    there (rad), the `force` on the rail, and the `torque` (N m) about the axle and the `power` (W) of its tractions on the
-    wheelset, which turns and moves; c_x, c_s, c_φ at the centre of pressure, or at the reference place of a plane."""
+class SolvedPatch:
+    """A patch of a `side` where the wheelset stands, with its problem's `result`, and what it does, in track axes seen from its
+    side (m, N): its centre of pressure, the inclination there (rad), the `force` on the rail, and the `torque` (N m) about the
+    axle and the `power` (W) of its tractions on the wheelset, which turns and moves; c_x, c_s, c_φ at the centre of pressure,
+    or at the reference place of a plane."""
 
+    side: SideName
+    bearing: Bearing
+    result: Result
     centre: tuple[float, float, float]
     angle: float
     force: tuple[float, float, float]
@@ -111,21 +104,70 @@ class PatchForces:
         across, normal = (np.array(e) for e in directions(self.angle)[1:])
         return self.force[0], float(across @ np.array(self.force)), float(normal @ np.array(self.force))
 
+    @property
+    def solved(self) -> Bearing:
+        """The bearing with the ratios that were found, for the next round."""
+        approach = 1e-6 * self.result.coupled.scalars["approach_um"]
+        return replace(self.bearing, vertical=self.force[2] / self.result.problem.normal_force,
+                       over_coarse=approach / (self.bearing.sunk / self.bearing.over_coarse))
 
-def forces_of(bearing: Bearing, motion: MotionOfWheelset, result: Result) -> PatchForces:
+    def known(self, share: float) -> Bearing:
+        """The bearing with a `share` of the way from the ratios that it had to those that were found."""
+        before, found = self.bearing, self.solved
+        return replace(before, vertical=before.vertical + share * (found.vertical - before.vertical),
+                       over_coarse=before.over_coarse + share * (found.over_coarse - before.over_coarse))
+
+    @property
+    def in_profiles(self) -> tuple[float, float]:
+        """y of the centre of pressure in the profiles of the rail and of the wheel, in m."""
+        facing = self.bearing.patch.facing
+        (rail, _), (wheel, _) = self._nearest(facing.rail.samples[:2]), self._nearest(facing.locus[1:3])
+        return float(curve(facing.rail.profile).samples[0][rail]), float(curve(facing.wheel.profile).samples[0][wheel])
+
+    @property
+    def rolling_radius(self) -> float:
+        """Distance of the centre of pressure from the axle in m, on the undeformed wheel."""
+        facing = self.bearing.patch.facing
+        return float(facing.wheel.samples[1][self._nearest(facing.locus[1:3])[0]])
+
+    @property
+    def rolling_radius_error(self) -> float:
+        """Error of the rolling radius in m: along the wheel, that of the centre of pressure and half a step of samples."""
+        return abs(math.sin(self.angle)) * (1e-3 * self.error_of("contact_y_mm") + 0.5 * STEP)
+
+    def error_of(self, name: str) -> float:
+        """Estimated error of a scalar of the contact in its own unit, at the load it has."""
+        return self.result.error.get(name, math.nan) * error_scale(name, self.result.summary())
+
+    @property
+    def force_errors(self) -> Array:
+        """Estimated errors of the forces in N, (3,) in track axes, at the load it has."""
+        surface = self.bearing.patch
+        across, normal = ((self.error_of("contact_force_y_N"), self.error_of("contact_force_z_N")) if surface.curved else
+                          (self.error_of("force_y_N"), 0.0))
+        sine, cosine = abs(math.sin(surface.region.angle)), abs(math.cos(surface.region.angle))
+        return np.array([self.error_of("force_x_N"), cosine * across + sine * normal, sine * across + cosine * normal])
+
+    def _nearest(self, places: Array) -> tuple[int, float]:
+        """Number of the sample (y, z) that lies nearest to the centre of pressure, and its distance."""
+        _, y, z = self.centre
+        away = np.hypot(places[0] - y, places[1] - z)
+        number = int(np.nanargmin(away))
+        return number, float(away[number])
+
+def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, result: Result) -> SolvedPatch:
     """Forces of a patch from its `result`. Those of the solver are extrapolated; its fields say where they act."""
-    patch, state = bearing.patch, result.coupled
-    place, scalars = patch.region.place, state.scalars
-    s = -state.y
-    moves = motion_of(bearing, motion, s)
+    patch, region, state = bearing.patch, bearing.patch.region, result.coupled
+    scalars, s = state.scalars, -state.y
+    slip = slip_on(bearing, motion)
     area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
     pressure, along, across = (np.asarray(state.fields[name]) * area for name in ("pressure", "shear_x", "shear_y"))
     load = float(pressure.sum())
     x_centre, s_centre = float(pressure.sum(axis=1) @ state.x) / load, float(pressure.sum(axis=0) @ s) / load
     at = np.array([s_centre])
     angle = float(patch.inclination(at)[0])
-    centre = patch.places(at)[0] + np.array([place.x - x_centre, 0.0, 0.0])
-    _, e_across, e_normal = directions(place.angle)
+    centre = patch.places(at)[0] + np.array([region.x - x_centre, 0.0, 0.0])
+    _, e_across, e_normal = directions(region.angle)
     force = np.array([scalars["force_x_N"], 0.0, 0.0])
     if patch.curved:
         force = force + scalars["contact_force_y_N"] * e_across + scalars["contact_force_z_N"] * e_normal
@@ -134,15 +176,12 @@ def forces_of(bearing: Bearing, motion: MotionOfWheelset, result: Result) -> Pat
     # Tractions on the wheel, which act at its undeformed surface, as the slip does.
     inclined = patch.inclination(s)
     on_wheel = -np.stack((along, across * np.cos(inclined), across * np.sin(inclined)), axis=-1)
-    points = np.broadcast_to(moves.points, on_wheel.shape).copy()
+    points = np.broadcast_to(patch.wheel_points(s), on_wheel.shape).copy()
     points[..., 0] -= state.x[:, None]
     arms = points - patch.facing.position.origin(patch.facing.wheel.radius)
     moment = np.cross(arms, on_wheel).sum(axis=(0, 1))
     axle = patch.facing.position.rotation[:, 1]
-    local = moves.creepages
-    if patch.curved:
-        there = patch.wheel_points(at)[0] + np.array([place.x - x_centre, 0.0, 0.0])
-        local = creepages(moves.slip, there, angle)
-    (x, y, z), (f_x, f_y, f_z) = centre.tolist(), force.tolist()
-    return PatchForces((x, y, z), angle, (f_x, f_y, f_z), float(axle @ moment),
-                       moves.slip.power(on_wheel.sum(axis=(0, 1)), moment), local)
+    local = (creepages(slip, patch.wheel_points(at)[0] - np.array([x_centre, 0.0, 0.0]), angle) if patch.curved
+             else creepages(slip, np.array(slip.place), region.angle))
+    return SolvedPatch(side, bearing, result, tuple(centre.tolist()), angle, tuple(force.tolist()), float(axle @ moment),
+                       slip.power(on_wheel.sum(axis=(0, 1)), moment), local)

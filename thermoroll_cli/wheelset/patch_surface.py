@@ -41,31 +41,19 @@ ALONG = np.linspace(-1.0, 1.0, 12)
 """Places along over the half-length of the overlap at which its gap is fitted; none in the middle, where the gap is given."""
 
 
-@dataclass(frozen=True)
-class SurfaceCurve:
-    """The section of a surface as a smooth function between its `ends`, through the samples with the numbers `index`."""
-
-    spline: scipy.interpolate.CubicHermiteSpline
-    index: NDArray[np.intp]
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        return float(self.spline.x[0]), float(self.spline.x[-1])
-
-    def __call__(self, at: Array, order: int = 0) -> Array:
-        return np.asarray(self.spline(at, order))
-
-    @staticmethod
-    def through(at: Array, value: Array, d_at: Array, d_value: Array, start: int) -> SurfaceCurve:
-        """Through the samples around number `start` on which `at` moves on and the surface is not too steep."""
-        forward = np.sign(d_at[start])
-        good = (d_at * forward > STEEPEST * np.hypot(d_at, d_value)) & ~np.isnan(value)
-        low, high = (int(start - np.argmax(~good[start::-1])) + 1 if not good[: start + 1].all() else 0,
-                     int(start + np.argmax(~good[start:])) if not good[start:].all() else len(good))
-        index = np.arange(low, high)[:: 1 if forward > 0 else -1]
-        # A corner has two samples.
-        index = index[np.concatenate(([True], np.diff(np.maximum.accumulate(at[index])) > SMALLEST_STEP))]
-        return SurfaceCurve(scipy.interpolate.CubicHermiteSpline(at[index], value[index], d_value[index] / d_at[index]), index)
+def section(
+    at: Array, value: Array, d_at: Array, d_value: Array, start: int
+) -> tuple[scipy.interpolate.CubicHermiteSpline, NDArray[np.intp]]:
+    """A surface as a function of the place `at` through the samples around number `start` on which `at` moves on and the
+    surface is not too steep, and their numbers."""
+    forward = np.sign(d_at[start])
+    good = (d_at * forward > STEEPEST * np.hypot(d_at, d_value)) & ~np.isnan(value)
+    low, high = (int(start - np.argmax(~good[start::-1])) + 1 if not good[: start + 1].all() else 0,
+                 int(start + np.argmax(~good[start:])) if not good[start:].all() else len(good))
+    index = np.arange(low, high)[:: 1 if forward > 0 else -1]
+    # A corner has two samples.
+    index = index[np.concatenate(([True], np.diff(np.maximum.accumulate(at[index])) > SMALLEST_STEP))]
+    return scipy.interpolate.CubicHermiteSpline(at[index], value[index], d_value[index] / d_at[index]), index
 
 
 @dataclass(frozen=True)
@@ -81,48 +69,51 @@ class PatchSurface:
     @cached_property
     def _axes(self) -> tuple[Array, Array, Array]:
         """Origin, e_s and e_n of the region's place in (y, z)."""
-        place = self.region.place
-        _, across, normal = directions(place.angle)
-        return np.array([place.y, place.z]), across[1:], normal[1:]
+        _, across, normal = directions(self.region.angle)
+        return self.region.place[1:], across[1:], normal[1:]
 
-    def _local(self, samples: Array) -> SurfaceCurve:
+    def _local(self, samples: Array) -> tuple[scipy.interpolate.CubicHermiteSpline, NDArray[np.intp]]:
         """Rows y, z, dy, dz as depth along the place's normal over the distance across."""
         origin, across, normal = self._axes
         offset, slope = samples[:2] - origin[:, None], samples[2:]
         distance = np.where(np.isnan(offset[1]), np.inf, np.hypot(*offset))
-        return SurfaceCurve.through(across @ offset, normal @ offset, across @ slope, normal @ slope, int(np.argmin(distance)))
+        return section(across @ offset, normal @ offset, across @ slope, normal @ slope, int(np.argmin(distance)))
 
     @cached_property
-    def rail(self) -> SurfaceCurve:
+    def rail(self) -> scipy.interpolate.CubicHermiteSpline:
         """The rail in the axes of the place."""
-        return self._local(self.facing.rail.samples)
+        return self._local(self.facing.rail.samples)[0]
 
     @cached_property
-    def wheel(self) -> SurfaceCurve:
-        """The wheel's locus in the axes of the place."""
+    def wheel(self) -> tuple[scipy.interpolate.CubicHermiteSpline, NDArray[np.intp]]:
+        """The wheel's locus in the axes of the place, and the numbers of its samples."""
         return self._local(self.facing.locus[1:])
 
     @cached_property
-    def radius(self) -> SurfaceCurve:
+    def radius(self) -> scipy.interpolate.CubicHermiteSpline:
         """r(Y), the radius of the wheel in the axes of the wheelset, around the patch."""
-        locus, place = self.facing.locus, self.region.place
-        distance = np.hypot(locus[1] - place.y, locus[2] - place.z)
         y, r, dy, dr = self.facing.wheel.samples
-        return SurfaceCurve.through(y, r, dy, dr, int(np.nanargmin(distance)))
+        return section(y, r, dy, dr, self._on_locus)[0]
+
+    @property
+    def _on_locus(self) -> int:
+        """Number of the sample of the wheel whose locus is nearest to the place."""
+        locus = self.facing.locus
+        return int(np.nanargmin(np.hypot(locus[1] - self.region.y, locus[2] - self.region.z)))
 
     @cached_property
     def _reference(self) -> tuple[Array, Array, Array, Array]:
         """Arc length, distance across and depth of the curved reference surface, and its inclination to the place."""
         low, high = self._ends
         across = np.linspace(low, high, max(int((high - low) / STEP), 50))
-        slope = 0.5 * (self.rail(across, 1) + self.wheel(across, 1))
-        depth = 0.5 * (self.rail(across) + self.wheel(across))
+        slope = 0.5 * (self.rail(across, 1) + self.wheel[0](across, 1))
+        depth = 0.5 * (self.rail(across) + self.wheel[0](across))
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), np.diff(depth)))))
         return length - np.interp(0.0, across, length), across, depth, np.arctan(slope)
 
     def inclination(self, s: Array) -> Array:
         """α(s) in rad."""
-        place = self.region.place.angle
+        place = self.region.angle
         if not self.curved:
             return np.full(np.shape(s), place)
         length, _, _, angle = self._reference
@@ -135,7 +126,7 @@ class PatchSurface:
         length, across, depth, angle = self._reference
         return np.interp(s, length, across), np.interp(s, length, depth), np.interp(s, length, angle)
 
-    def _along(self, surface: SurfaceCurve, s: Array) -> Array:
+    def _along(self, surface: scipy.interpolate.CubicHermiteSpline, s: Array) -> Array:
         """Distance (m) from the reference surface along its normal to a surface in the axes of the place, nan beyond its
         ends."""
         across, depth, angle = self._base(s)
@@ -147,11 +138,11 @@ class PatchSurface:
             t = t - change
             if np.abs(change).max() < CLOSE:
                 break
-        return np.where((at >= surface.ends[0] - CLOSE) & (at <= surface.ends[1] + CLOSE), t, np.nan)
+        return np.where((at >= surface.x[0] - CLOSE) & (at <= surface.x[-1] + CLOSE), t, np.nan)
 
     def gap_on_locus(self, s: Array) -> Array:
         """The smallest gap over x at each s in m, negative where the bodies overlap; nan where there is no material."""
-        return np.asarray(self._along(self.rail, s) - self._along(self.wheel, s))
+        return np.asarray(self._along(self.rail, s) - self._along(self.wheel[0], s))
 
     def gap(self, x: Array, s: Array) -> Array:
         """Distance (m) between wheel and rail along the reference surface's normal at all places x (n,) along the track and s
@@ -170,8 +161,8 @@ class PatchSurface:
         rotation, centre = position.rotation, position.origin(self.facing.wheel.radius)
         q0 = (base - centre) @ rotation + x[..., None] * rotation[0]
         step = np.stack((-np.sin(angle), np.cos(angle)), axis=-1) @ rotation[1:]
-        t = np.broadcast_to(np.nan_to_num(self._along(self.wheel, s)), x.shape)
-        ends = self.radius.ends
+        t = np.broadcast_to(np.nan_to_num(self._along(self.wheel[0], s)), x.shape)
+        ends = self.radius.x[[0, -1]]
         for _ in range(NEWTON_SWEEPS):
             q = q0 + t[..., None] * step
             r, slope = (self.radius(np.clip(q[..., 1], *ends), order) for order in (0, 1))
@@ -203,7 +194,8 @@ class PatchSurface:
     @property
     def _ends(self) -> tuple[float, float]:
         """Distances across of the places between which both surfaces have material."""
-        return max(self.rail.ends[0], self.wheel.ends[0]), min(self.rail.ends[1], self.wheel.ends[1])
+        rail, wheel = self.rail.x, self.wheel[0].x
+        return float(max(rail[0], wheel[0])), float(min(rail[-1], wheel[-1]))
 
     def _met(self, here: float, end: float) -> float:
         """The last s on the way from `here` to `end` whose normal meets both surfaces."""
@@ -249,18 +241,17 @@ class PatchSurface:
     def locus_x(self, s: Array) -> Array:
         """x (m) of the locus above the places s."""
         across, _, angle = self._base(s)
-        at = across - self._along(self.wheel, s) * np.sin(angle)
-        return np.asarray(np.interp(at, self.wheel.spline.x, self.facing.locus[0][self.wheel.index]))
+        at = across - self._along(self.wheel[0], s) * np.sin(angle)
+        spline, index = self.wheel
+        return np.asarray(np.interp(at, spline.x, self.facing.locus[0][index]))
 
     def wheel_points(self, s: Array) -> Array:
-        """Points at x = 0 (m, track axes) of the wheel's undeformed surface above s: its locus, or for a plane patch the
-        plane through its lowest point, (n, 3)."""
-        if not self.curved:
-            depth = np.full(np.shape(s), self.overlap[0])
-        else:
-            depth = self._along(self.wheel, s)
+        """Points (m, track axes) of the wheel's undeformed surface above s at the x of the place: its locus, or of a plane
+        patch the plane through its lowest point, (n, 3)."""
+        depth = self._along(self.wheel[0], s) if self.curved else np.full(np.shape(s), self.overlap[0])
         angle = self.inclination(s)
-        return self.places(s) + depth[:, None] * np.stack((0.0 * angle, -np.sin(angle), np.cos(angle)), axis=-1)
+        points = self.places(s) + depth[:, None] * np.stack((0.0 * angle, -np.sin(angle), np.cos(angle)), axis=-1)
+        return np.asarray(points + np.array([self.region.x, 0.0, 0.0]))
 
     def lateral(self, s: Array) -> Array:
         """Distance (m) across from the place, along its tangent."""
@@ -282,8 +273,7 @@ class PatchSurface:
     @property
     def rolling_radius(self) -> float:
         """Radius of the wheel at the region's place in m."""
-        facing, place = self.facing, self.region.place
-        return float(facing.wheel.samples[1][int(np.nanargmin(np.hypot(facing.locus[1] - place.y, facing.locus[2] - place.z)))])
+        return float(self.facing.wheel.samples[1][self._on_locus])
 
     @property
     def free_ends(self) -> tuple[bool, bool]:

@@ -20,25 +20,23 @@ length the means differ, by 0.1 rad for a contact that reaches from the gauge co
 
 
 @dataclass(frozen=True)
-class ContactPlace:
-    """The reference point of a patch in track axes (m), and its inclination (rad)."""
-
-    x: float
-    y: float
-    z: float
-    angle: float
-
-
-@dataclass(frozen=True)
 class Region:
-    """An overlap over `low` ≤ y ≤ `high` (m), up to `overlap` (m, along the normal), with its reference `place`; beyond
-    `ridges` its neighbours or nothing lie."""
+    """An overlap over `low` ≤ y ≤ `high` (m), up to `overlap` (m, along the normal); beyond `ridges` its neighbours or nothing
+    lie. Its reference point is at `x`, `y`, `z` (m, track axes), where the rail has the inclination `angle` (rad)."""
 
     low: float
     high: float
     ridges: tuple[float, float]
     overlap: float
-    place: ContactPlace
+    x: float
+    y: float
+    z: float
+    angle: float
+
+    @property
+    def place(self) -> Array:
+        """The reference point, (3,)."""
+        return np.array([self.x, self.y, self.z])
 
 
 @dataclass(frozen=True)
@@ -96,14 +94,6 @@ class Facing:
         """Height by which the wheel must go down to touch the rail, in m."""
         return float(self.gap.min())
 
-    def place(self, weights: Array) -> ContactPlace:
-        """Mean of all places of the outlines with these `weights`."""
-        used = weights > 0.0
-        rail, wheel = self.outlines
-        share = weights[used] / weights[used].sum()
-        angle, y = float(share @ self.angle[used]), float(share @ rail.y[used])
-        return ContactPlace(float(share @ wheel.of(self.locus[0])[used]), y, float(np.interp(y, rail.y, rail.z)), angle)
-
     def regions(self) -> list[Region]:
         """All overlaps in order of y."""
         gap = self.gap
@@ -113,10 +103,13 @@ class Facing:
             return []
         runs = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1)
         bounds = [0, *(int(a[-1] + np.argmax(gap[a[-1] : b[0] + 1])) for a, b in itertools.pairwise(runs)), len(y) - 1]
-        regions = []
+        regions, (rail, wheel) = [], self.outlines
         for k, run in enumerate(runs):
-            weights = np.zeros(len(y))
-            weights[run] = (-gap[run]) ** WEIGHT
-            regions.append(Region(float(y[run[0]]), float(y[run[-1]]), (float(y[bounds[k]]), float(y[bounds[k + 1]])),
-                                float((-gap[run] * np.cos(self.angle[run])).max()), self.place(weights)))
+            share = (-gap[run]) ** WEIGHT
+            share = share / share.sum()
+            middle = float(share @ y[run])
+            regions.append(Region(
+                float(y[run[0]]), float(y[run[-1]]), (float(y[bounds[k]]), float(y[bounds[k + 1]])),
+                float((-gap[run] * np.cos(self.angle[run])).max()), x=float(share @ wheel.of(self.locus[0])[run]), y=middle,
+                z=float(np.interp(middle, y, rail.z)), angle=float(share @ self.angle[run])))
         return regions

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from thermoroll_cli.wheelset.one_wheel import BALANCED
-from thermoroll_cli.wheelset.solve_wheelset import DRIVE, SolvedPatch, SolvedWheelset
+from thermoroll_cli.wheelset.patch_problem import SolvedPatch
+from thermoroll_cli.wheelset.solve_wheelset import DRIVE, SolvedWheelset
 
 STIFFENING = 1.5
 """Exponent of the load over the approach, of Hertz's contact."""
@@ -39,7 +40,7 @@ def shared_errors(solved: SolvedWheelset) -> SharedErrors:
     for group in _carriers(solved):
         together = sum(stiffness[k] for k in group)
         if finds_height:
-            lowered = sum(stiffness[k] * math.cos(patches[k].bearing.patch.region.place.angle) for k in group)
+            lowered = sum(stiffness[k] * math.cos(patches[k].bearing.patch.region.angle) for k in group)
             heights.append(sum(stiffness[k] * estimated[k] for k in group) / lowered)
         for i in group:
             others = sum(stiffness[j] * (approach[j] + approach[i]) for j in group if j != i) / together
@@ -56,7 +57,7 @@ def _velocity(solved: SolvedWheelset, loads: Sequence[float]) -> float:
     limit = sum(patch.result.problem.traction_limit for patch in solved.patches)
     if not solved.problem.finds_speed or not limit:
         return 0.0
-    forces = sum(patch.force_errors[0] + load * abs(patch.forces.force[0])
+    forces = sum(patch.force_errors[0] + load * abs(patch.force[0])
                  for patch, load in zip(solved.patches, loads, strict=True))
     slope = abs(solved.drive_slope * solved.angular_velocity)
     return float(forces / limit + DRIVE) / slope if slope else math.nan
@@ -73,10 +74,10 @@ def _carriers(solved: SolvedWheelset) -> Iterator[list[int]]:
 def _unbalanced(patch: SolvedPatch) -> float:
     """Error of a load through its equilibrium with a vertical force: its tolerance, the last change of the ratio of both, and
     the error of the friction, which has a part in it."""
-    friction = abs(math.sin(patch.forces.angle)) * patch.error_of("force_y_N") / patch.bearing.load
+    friction = abs(math.sin(patch.angle)) * patch.error_of("force_y_N") / patch.bearing.load
     return BALANCED + abs(patch.solved.vertical / patch.bearing.vertical - 1.0) + friction
 
 
 def _moved(patch: SolvedPatch) -> float:
     """Change of the approach over that of the coarse grid since the load was shared."""
-    return abs(patch.solved.approach / patch.bearing.over_coarse - 1.0)
+    return abs(patch.solved.over_coarse / patch.bearing.over_coarse - 1.0)

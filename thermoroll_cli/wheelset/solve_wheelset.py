@@ -9,16 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.roots import RisingRoot
 from thermoroll_cli.problem.problem import Numerics
-from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.steady_state.discretisation import SolverOptions
-from thermoroll_cli.wheelset.curves import STEP, curve
-from thermoroll_cli.wheelset.one_wheel import DEEPEST, SAME_PATCH, Bearing, NoHeight, Solved
-from thermoroll_cli.wheelset.patch_problem import PatchForces, forces_of, friction_of, problem_of_patch
+from thermoroll_cli.wheelset.one_wheel import DEEPEST, SAME_PATCH, Bearing, NoHeight
+from thermoroll_cli.wheelset.patch_problem import SolvedPatch, friction_of, problem_of_patch, solved_patch
 from thermoroll_cli.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
@@ -44,62 +40,6 @@ Report = Callable[[str, Mapping[str, Any]], None]
 
 
 @dataclass(frozen=True)
-class SolvedPatch:
-    """A patch where the wheelset stands, with its problem's result and its forces, as of a right wheel."""
-
-    side: SideName
-    bearing: Bearing
-    result: Result
-    forces: PatchForces
-
-    @property
-    def solved(self) -> Solved:
-        """The ratios of its forces, for the next round."""
-        load, place = self.result.problem.normal_force, self.bearing.patch.region.place
-        approach = 1e-6 * self.result.coupled.scalars["approach_um"]
-        coarse = self.bearing.sunk / self.bearing.over_coarse
-        return Solved(place.y, self.forces.force[2] / load, approach / coarse)
-
-    @property
-    def in_profiles(self) -> tuple[float, float]:
-        """y of the centre of pressure in the profiles of the rail and of the wheel, in m."""
-        facing = self.bearing.patch.facing
-        (rail, _), (wheel, _) = self._nearest(facing.rail.samples[:2]), self._nearest(facing.locus[1:3])
-        return float(curve(facing.rail.profile).samples[0][rail]), float(curve(facing.wheel.profile).samples[0][wheel])
-
-    @property
-    def rolling_radius(self) -> float:
-        """Distance of the centre of pressure from the axle in m, on the undeformed wheel."""
-        facing = self.bearing.patch.facing
-        return float(facing.wheel.samples[1][self._nearest(facing.locus[1:3])[0]])
-
-    @property
-    def rolling_radius_error(self) -> float:
-        """Error of the rolling radius in m: along the wheel, that of the centre of pressure and half a step of samples."""
-        return abs(math.sin(self.forces.angle)) * (1e-3 * self.error_of("contact_y_mm") + 0.5 * STEP)
-
-    def error_of(self, name: str) -> float:
-        """Estimated error of a scalar of the contact in its own unit, at the load it has."""
-        return self.result.error.get(name, math.nan) * error_scale(name, self.result.summary())
-
-    @property
-    def force_errors(self) -> Array:
-        """Estimated errors of the forces in N, (3,) in track axes, at the load it has."""
-        surface = self.bearing.patch
-        across, normal = ((self.error_of("contact_force_y_N"), self.error_of("contact_force_z_N")) if surface.curved else
-                          (self.error_of("force_y_N"), 0.0))
-        sine, cosine = abs(math.sin(surface.region.place.angle)), abs(math.cos(surface.region.place.angle))
-        return np.array([self.error_of("force_x_N"), cosine * across + sine * normal, sine * across + cosine * normal])
-
-    def _nearest(self, places: Array) -> tuple[int, float]:
-        """Number of the sample (y, z) that lies nearest to the centre of pressure, and its distance."""
-        _, y, z = self.forces.centre
-        away = np.hypot(places[0] - y, places[1] - z)
-        number = int(np.nanargmin(away))
-        return number, float(away[number])
-
-
-@dataclass(frozen=True)
 class SolvedWheelset:
     """The standing of a wheelset, its angular velocity (rad/s, about the axle to the right: negative forward), its patches, and
     why it is not in balance (`reason`, empty if it is). `rounds` counts solutions of all patches; `drift` is the last change
@@ -116,44 +56,27 @@ class SolvedWheelset:
     drive_slope: float = 0.0
 
 
-class WheelsetSolver:
-    """Solves wheelset after wheelset; each begins where the last one stood, and its patches from the last results."""
+Solvers = dict[tuple[bool, SideName], list[tuple[float, Solver]]]
+"""Solvers of the patches, rough or not, of a side, with the places y (m) of those that they have solved."""
 
-    def __init__(self, threads: int = 1) -> None:
-        self.threads = threads
-        self._before: SolvedWheelset | None = None
-        self._solvers: dict[tuple[bool, SideName], list[tuple[float, Solver]]] = {}
 
-    def solve(self, problem: WheelsetProblem, *, report: Report | None = None) -> SolvedWheelset:
-        """The wheelset in balance. Raises Unsolvable where a wheel misses its rail."""
-        state = _Search(problem, self._before, report or (lambda stage, info: None), self)
-        rough = _rough(problem)
-        try:
-            if rough is not problem:
-                state.rounds_of(rough, ROUGH_RATIO, ROUGH_DRIVE)
-            reason = state.rounds_of(problem, RATIO, DRIVE)
-            # The height follows the approaches of the last round, which leave the load of a wheel's only patch as it is.
-            state.standing = stand(problem, state.wheels, state.solved, state.standing)
-        except NoHeight as cause:
-            return state.without_height(cause)
-        assert state.standing is not None
-        wheelset = SolvedWheelset(problem, state.standing, state.drive.place, state.patches, reason, state.rounds, state.drift,
-                                  -state.drive.slope)
-        self._before = wheelset if not reason else None
-        return wheelset
-
-    def solver(self, side: SideName, place: float, *, rough: bool) -> Solver:
-        """The solver that has solved the patch nearest to `place` on a side before."""
-        known = self._solvers.setdefault((rough, side), [])
-        near = min(known, key=lambda entry: abs(entry[0] - place), default=None)
-        if near is not None and abs(near[0] - place) < SAME_PATCH:
-            known.remove(near)
-            solver = near[1]
-        else:
-            # Errors of rough solutions are of no interest.
-            solver = Solver(self.threads, SolverOptions(sequence=not rough))
-        known.append((place, solver))
-        return solver
+def balanced(problem: WheelsetProblem, before: SolvedWheelset | None, solvers: Solvers, threads: int,
+             report: Report) -> SolvedWheelset:
+    """The wheelset in balance, from where one stood `before`; its patches go on from what `solvers` have solved. Raises
+    Unsolvable where a wheel misses its rail."""
+    state = _Search(problem, before, report, solvers, threads)
+    rough = _rough(problem)
+    try:
+        if rough is not problem:
+            state.rounds_of(rough, ROUGH_RATIO, ROUGH_DRIVE)
+        reason = state.rounds_of(problem, RATIO, DRIVE)
+        # The height follows the approaches of the last round, which leave the load of a wheel's only patch as it is.
+        state.standing = stand(problem, state.wheels, state.solved, state.standing)
+    except NoHeight as cause:
+        return state.without_height(cause)
+    assert state.standing is not None
+    return SolvedWheelset(problem, state.standing, state.drive.place, state.patches, reason, state.rounds, state.drift,
+                          -state.drive.slope)
 
 
 def _drive_from(angular_velocity: float, slope: float = 0.0) -> RisingRoot:
@@ -166,10 +89,11 @@ def _drive_from(angular_velocity: float, slope: float = 0.0) -> RisingRoot:
 class _Search:
     """One wheelset on the way to its balance."""
 
-    def __init__(self, problem: WheelsetProblem, before: SolvedWheelset | None, report: Report, solver: WheelsetSolver) -> None:
-        self.problem, self.report, self.solver = problem, report, solver
+    def __init__(self, problem: WheelsetProblem, before: SolvedWheelset | None, report: Report, solvers: Solvers,
+                 threads: int) -> None:
+        self.problem, self.report, self.solvers, self.threads = problem, report, solvers, threads
         self.standing: Standing | None
-        self.solved: dict[SideName, tuple[Solved, ...]] = {}
+        self.solved: dict[SideName, tuple[Bearing, ...]] = {}
         self.patches: tuple[SolvedPatch, ...] = ()
         self.rounds, self.drift = 0, math.inf
         if before is not None:
@@ -214,16 +138,24 @@ class _Search:
         for side, bearings in self.standing.bearings.items():
             mine = motion if side == "right" else motion.mirrored
             for bearing in bearings:
-                rough = problem is not self.problem
-                place = bearing.patch.region.place.y
-                contact = problem_of_patch(problem.contact, bearing, mine, bearing.load)
-                result = self.solver.solver(side, place, rough=rough).solve(contact)
-                patches.append(SolvedPatch(side, bearing, result, forces_of(bearing, mine, result)))
+                solver = self._solver(side, bearing.patch.region.y, rough=problem is not self.problem)
+                result = solver.solve(problem_of_patch(problem.contact, bearing, mine))
+                patches.append(solved_patch(side, bearing, mine, result))
         self.patches = tuple(patches)
         self.drift = self._drifted()
         self.rounds += 1
         self.report("wheelset", {"iteration": self.rounds, "residual": self.drift})
         self._know(self.patches)
+
+    def _solver(self, side: SideName, place: float, *, rough: bool) -> Solver:
+        """The solver that has solved the patch nearest to `place` on a side before."""
+        known = self.solvers.setdefault((rough, side), [])
+        near = min(known, key=lambda entry: abs(entry[0] - place), default=None)
+        if near is None or abs(near[0] - place) >= SAME_PATCH:
+            # Errors of rough solutions are of no interest.
+            near = place, Solver(self.threads, SolverOptions(sequence=not rough))
+        known[:] = [*(entry for entry in known if entry is not near), (place, near[1])]
+        return near[1]
 
     def _drifted(self) -> float:
         """Change of the vertical forces over the load by what is new: ratios of forces, and approaches. What all patches that
@@ -234,7 +166,7 @@ class _Search:
         for sides in groups:
             mine = [patch for patch in self.patches if patch.side in sides]
             loads = np.array([patch.bearing.load for patch in mine])
-            sunk = np.array([patch.solved.approach / patch.bearing.over_coarse - 1.0 for patch in mine])
+            sunk = np.array([patch.solved.over_coarse / patch.bearing.over_coarse - 1.0 for patch in mine])
             if mine and self.problem.vertical is not None:
                 sunk = sunk - loads @ sunk / loads.sum()
             turned = np.array([patch.solved.vertical - patch.bearing.vertical for patch in mine])
@@ -243,7 +175,7 @@ class _Search:
 
     def _know(self, patches: tuple[SolvedPatch, ...], share: float = 1.0) -> None:
         """What is known for the next standing: the ratios of `patches`, or a `share` of their change."""
-        self.solved = {side: tuple(patch.solved.after(patch.bearing, share) for patch in patches if patch.side == side)
+        self.solved = {side: tuple(patch.known(share) for patch in patches if patch.side == side)
                        for side in self.problem.sides}
 
     def _unbalanced(self) -> float:
@@ -253,10 +185,10 @@ class _Search:
         if limit == 0.0:
             return math.inf if self.problem.traction else 0.0
         if self.problem.traction is not None:
-            forward = -sum(patch.forces.force[0] for patch in self.patches)
+            forward = -sum(patch.force[0] for patch in self.patches)
             return (forward - self.problem.traction) / limit
         radius = sum(wheel.radius for wheel in self.problem.wheels.values()) / len(self.problem.wheels)
-        return sum(patch.forces.torque for patch in self.patches) / (radius * limit)
+        return sum(patch.torque for patch in self.patches) / (radius * limit)
 
     @property
     def _limit(self) -> float:
@@ -278,7 +210,7 @@ class _Search:
         climbs."""
         reason = (f"the wheels carry {cause.largest:.4g} N at most, not {self.problem.vertical:.4g} N, down to "
                   f"{1e3 * DEEPEST:g} mm below first contact")
-        angles = {abs(bearing.patch.region.place.angle): bearing for bearing in cause.bearings}
+        angles = {abs(bearing.patch.region.angle): bearing for bearing in cause.bearings}
         steepest = max(angles, default=0.0)
         friction = friction_of(self.problem.contact, angles[steepest]).coefficient if angles else 0.0
         if math.tan(steepest) > friction:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from thermoroll_cli.numerics.roots import RisingRoot
-from thermoroll_cli.wheelset.one_wheel import Bearing, Placed, Solved, WheelOnRail, height_of
+from thermoroll_cli.wheelset.one_wheel import Bearing, Placed, WheelOnRail, height_of
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 
 ROLL_ROUNDS = 30
@@ -39,7 +39,7 @@ def wheels_of(problem: WheelsetProblem) -> Wheels:
 
 
 def stand(
-    problem: WheelsetProblem, wheels: Wheels, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None = None
+    problem: WheelsetProblem, wheels: Wheels, solved: Mapping[SideName, tuple[Bearing, ...]], before: Standing | None = None
 ) -> Standing:
     """Where `problem` stands on its `wheels`, with the ratios of forces that are known as `solved`, near the standing `before`.
 

@@ -16,9 +16,10 @@ from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale
 from thermoroll_cli.wheelset.first_contact import wheelset_warnings
+from thermoroll_cli.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.wheelset.shared_errors import SharedErrors, shared_errors
-from thermoroll_cli.wheelset.solve_wheelset import Report, SolvedPatch, SolvedWheelset, WheelsetSolver
+from thermoroll_cli.wheelset.solve_wheelset import Report, SolvedWheelset, Solvers, balanced
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
 
 FORCES = "xyz"
@@ -34,22 +35,30 @@ WIDEST_PLANE = 0.3
 """Turn of the surface across a patch (rad) from which a plane is a doubtful model; the solver warns of curved patches."""
 
 
-class WheelsetResults:
-    """Solves wheelset after wheelset, each from the last state, as results."""
+Together = tuple[float, float | None]
+"""A scalar of several contacts together and its error in the scalar's unit, None if it is not estimated."""
+
+
+class WheelsetSolver:
+    """Solves wheelset after wheelset; each begins where the last one stood, and its patches from the last results."""
 
     def __init__(self, threads: int = 1) -> None:
-        self._solver = WheelsetSolver(threads)
+        self.threads = threads
+        self._before: SolvedWheelset | None = None
+        self._solvers: Solvers = {}
 
     def solve(self, problem: WheelsetProblem, *, report: Report | None = None) -> Result:
         """The result of `problem`. `report` is called with a stage and a mapping as the work goes on. Raises Unsolvable if a
         wheel misses its rail; `reason` says everything else that goes wrong."""
         warnings = tuple(wheelset_warnings(problem))
-        return _result_of(self._solver.solve(problem, report=report), warnings)
+        found = balanced(problem, self._before, self._solvers, self.threads, report or (lambda stage, info: None))
+        self._before = None if found.reason else found
+        return _result_of(found, warnings)
 
 
 def solve_wheelset(problem: WheelsetProblem, *, threads: int = 1, report: Report | None = None) -> Result:
-    """The result of `problem`, as by `WheelsetResults`."""
-    return WheelsetResults(threads).solve(problem, report=report)
+    """The result of `problem`, as by `WheelsetSolver`."""
+    return WheelsetSolver(threads).solve(problem, report=report)
 
 
 def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> Result:
@@ -80,11 +89,11 @@ def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> I
     that of the creepage, by the angular velocity."""
     sign = sign_of(side)
     mine = [pair for pair in zip(solved.patches, shared.loads, strict=True) if pair[0].side == side]
-    mine.sort(key=lambda pair: sign * pair[0].forces.centre[1])
+    mine.sort(key=lambda pair: sign * pair[0].centre[1])
     for number, (patch, load) in enumerate(mine, 1):
         result = patch.result
         power, below = result.coupled.scalars["T_gamma_N"], result.subsurface
-        moved = abs(patch.forces.force[0]) * shared.velocity / power if power else 0.0
+        moved = abs(patch.force[0]) * shared.velocity / power if power else 0.0
         errors = {name: error + load + (moved if name in POWERS else 0.0) for name, error in result.error.items()}
         surface, s = patch.bearing.patch, -result.y
         places = surface.places(s)
@@ -119,7 +128,7 @@ def _left_out(solved: SolvedWheelset) -> Iterator[str]:
         facing = facing.lowered(standing.height - facing.position.z)
         for region in facing.regions():
             if not PatchSurface(facing, region, problem.curved).faces:
-                yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * region.place.y:.4g} mm, at the sharp "
+                yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * region.y:.4g} mm, at the sharp "
                        "end of a profile, where no normal meets both surfaces: this contact is left out")
 
 
@@ -151,17 +160,17 @@ def _in_own_axes(warning: str) -> str:
 def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:
     """Place, forces, creepages and the scalars of a patch with its `result` in track axes, in the units of their names, and
     their errors."""
-    sign, forces, scalars = sign_of(patch.side), patch.forces, result.scalars
-    x, y, z = forces.centre
-    along, across, normal = forces.local
+    sign, scalars = sign_of(patch.side), result.scalars
+    x, y, z = patch.centre
+    along, across, normal = patch.local
     rail, wheel = patch.in_profiles
     record = {
-        "x_mm": 1e3 * x, "y_mm": 1e3 * sign * y, "z_mm": 1e3 * z, "angle_mrad": 1e3 * sign * forces.angle,
+        "x_mm": 1e3 * x, "y_mm": 1e3 * sign * y, "z_mm": 1e3 * z, "angle_mrad": 1e3 * sign * patch.angle,
         "y_rail_mm": 1e3 * rail, "y_wheel_mm": 1e3 * wheel,
         "normal_N": normal, "force_x_N": along, "force_s_N": sign * across,
         "moment_n_Nmm": -sign * scalars["spin_moment_Nmm"],
-        "creepage_x": forces.creepages[0], "creepage_s": sign * forces.creepages[1],
-        "spin_rad_mm": 1e-3 * sign * forces.creepages[2],
+        "creepage_x": patch.creepages[0], "creepage_s": sign * patch.creepages[1],
+        "spin_rad_mm": 1e-3 * sign * patch.creepages[2],
     }  # fmt: skip
     record |= {name: scalars[name] for name in PATCH_SCALARS if name not in record and name in scalars}
     errors = result.summary()["error"]
@@ -184,7 +193,7 @@ class _Whole:
     def forces(self, side: SideName) -> Array:
         """Force on a rail in N, in track axes."""
         mirror = np.array([1.0, sign_of(side), 1.0])
-        return sum((mirror * patch.forces.force for patch in self.patches if patch.side == side), np.zeros(3))
+        return sum((mirror * patch.force for patch in self.patches if patch.side == side), np.zeros(3))
 
     @cached_property
     def scalars(self) -> dict[str, float]:
@@ -201,24 +210,24 @@ class _Whole:
         scalars |= {f"track_force_{axis}_N": float(f) for axis, f in zip(FORCES, total, strict=True)}
         scalars["rolling_radius_difference_mm"] = scalars["rolling_radius_right_mm"] - scalars["rolling_radius_left_mm"]
         scalars |= {"Q_F_W": 0.0, "T_gamma_N": 0.0, "pressure_max_MPa": math.nan}
-        scalars |= {name: values.value for name, values in self.together.items()}
+        scalars |= {name: value for name, (value, _) in self.together.items()}
         scalars["temperature_rise_max_K"] = max((scalars[f"temperature_rise_max_{body}_K"] for body in BODIES
                                                  if f"temperature_rise_max_{body}_K" in scalars), default=math.nan)
-        heat, power = scalars["Q_F_W"], sum(patch.forces.power for patch in self.patches)
+        heat, power = scalars["Q_F_W"], sum(patch.power for patch in self.patches)
         return scalars | {"power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0}
 
     @cached_property
-    def together(self) -> dict[str, _Together]:
+    def together(self) -> dict[str, Together]:
         """Scalars that all patches have together, and sums over those of each wheel."""
         summaries = {side: [patch.summary() for patch in mine] for side, mine in self.contacts.items()}
         everyone = [summary for mine in summaries.values() for summary in mine]
-        found = {"approach_max_um": _Together.of("approach_um", max, everyone)}
+        found = {"approach_max_um": _together("approach_um", max, everyone)}
         for name, scalar in TOGETHER.items():
             assert scalar.together is not None
-            found[name] = _Together.of(name, scalar.together, everyone)
+            found[name] = _together(name, scalar.together, everyone)
             if scalar.together is math.fsum:
-                found |= {of_side(name, side): _Together.of(name, math.fsum, mine) for side, mine in summaries.items()}
-        return {name: values for name, values in found.items() if not math.isnan(values.value)}
+                found |= {of_side(name, side): _together(name, math.fsum, mine) for side, mine in summaries.items()}
+        return {name: pair for name, pair in found.items() if not math.isnan(pair[0])}
 
     def rolling_radius(self, side: SideName) -> float:
         """Distance of the patch with the largest load from the axle in m, nan without one."""
@@ -246,7 +255,7 @@ class _Whole:
     def force_errors(self) -> dict[str, float]:
         """Errors of the forces on the rails over the vertical one. A vertical force that is given has none."""
         problem, vertical = self.solved.problem, max(abs(self.scalars["track_force_z_N"]), 1e-300)
-        of_patches = [(patch.side, patch.force_errors + load * np.abs(patch.forces.force))
+        of_patches = [(patch.side, patch.force_errors + load * np.abs(patch.force))
                       for patch, load in zip(self.patches, self.shared.loads, strict=True)]
         of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3)) / vertical
                     for side in problem.sides}  # fmt: skip
@@ -278,25 +287,18 @@ class _Whole:
             ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
             errors[f"lateral_over_vertical_{side}"] = (
                 (lateral + abs(ratio) * vertical) * abs(scalars["track_force_z_N"]) / carried if carried else math.nan)
-        errors |= {name: values.error / (error_scale(name, scalars) or math.nan) for name, values in self.together.items()
-                   if values.estimated}
-        rises = [self.together[name].error for body in BODIES if (name := f"temperature_rise_max_{body}_K") in self.together]
+        errors |= {name: error / (error_scale(name, scalars) or math.nan) for name, (_, error) in self.together.items()
+                   if error is not None}
+        rises = [self.together[name][1] or 0.0 for name in (f"temperature_rise_max_{body}_K" for body in BODIES)
+                 if name in self.together]
         hottest = scalars["temperature_rise_max_K"] or math.nan
         return errors | {"temperature_rise_max_K": max(rises, default=math.nan) / hottest}
 
 
-@dataclass(frozen=True)
-class _Together:
-    """A scalar of several contacts together, nan if none has it, and its error in the scalar's unit, if it is `estimated`."""
-
-    value: float
-    error: float
-    estimated: bool
-
-    @classmethod
-    def of(cls, name: str, together: Callable[[Iterable[float]], float], summaries: Sequence[Mapping[str, Any]]) -> _Together:
-        mine = [summary for summary in summaries if computed(summary.get(name))]
-        errors = [absolute_error(name, summary) for summary in mine]
-        largest = math.nan if any(map(math.isnan, errors)) else (math.fsum if together is math.fsum else max)([0.0, *errors])
-        return cls(together(summary[name] for summary in mine) if mine else math.nan, largest,
-                   any(name in summary["error"] for summary in mine))
+def _together(name: str, join: Callable[[Iterable[float]], float], summaries: Sequence[Mapping[str, Any]]) -> Together:
+    """A scalar of several contacts together, nan if none has it, and its error in the scalar's unit; None if it has none."""
+    mine = [summary for summary in summaries if computed(summary.get(name))]
+    errors = [absolute_error(name, summary) for summary in mine]
+    largest = math.nan if any(map(math.isnan, errors)) else (math.fsum if join is math.fsum else max)([0.0, *errors])
+    estimated = any(name in summary["error"] for summary in mine)
+    return join(summary[name] for summary in mine) if mine else math.nan, largest if estimated else None
