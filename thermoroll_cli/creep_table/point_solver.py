@@ -100,8 +100,8 @@ class _OneGrid:
         x, y = grid.x[window.rows][:, None], grid.y[window.columns][None, :]
         self._x, self._y = np.broadcast_arrays(x, y)
         one, zero = np.ones(window.shape), np.zeros(window.shape)
-        unit = derived.problem.traction_limit / (derived.problem.lower.shear_modulus * derived.hertz.mean_radius**2)
-        self.units = unit, turn = unit, unit / derived.hertz.mean_radius
+        unit = derived.problem.traction_limit / (derived.problem.lower.shear_modulus * derived.scales.mean_radius**2)
+        self.units = unit, turn = unit, unit / derived.scales.mean_radius
         self._unit_slips = np.array([[unit * one, zero], [zero, unit * one], [-turn * self._y, turn * self._x]])
 
     def continued(self, coarse: _OneGrid, tractions: Array) -> Array:
@@ -117,7 +117,7 @@ class _OneGrid:
         solution = self._solver.solve(problem, [] if start is None else [(start, (0.0, 0.0))], TOLERANCE)
         derived, grid, (tx, ty) = self.derived, self.grid, solution.traction
         share = grid.element_area / derived.problem.traction_limit
-        moment = float((self._x * ty - self._y * tx).sum()) * share / derived.hertz.mean_radius
+        moment = float((self._x * ty - self._y * tx).sum()) * share / derived.scales.mean_radius
         sticking = stick_share(solution.traction, solution.slip, self.bound, solution.stick, self._covered, grid.dx, grid.dy,
                                derived.shear_compliance)
         fraction = min(max(float(sticking.sum() / self._covered.sum()), 0.0), 1.0)

@@ -34,7 +34,7 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     """Heights of both unloaded surfaces where they touch first, and the pressure below; None without a profile."""
     drawn = frame.last
     pressure = drawn.values(PRESSURE)
-    if frame.result.problem.geometry.elliptic or pressure is None:
+    if not frame.result.patches or pressure is None:
         return None
     turned = RunFrame(**{**vars(frame), "turned": True, "window": frame.domain})
     left, right, low, high = frame.domain

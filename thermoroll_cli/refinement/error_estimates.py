@@ -215,7 +215,7 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     if not derived.kinematics.has_traction:
         return 0.0
     problem, scales, limits = derived.problem, derived.scales, np.full(2, derived.saturation_creepage)
-    if problem.has_hertz_solution:
+    if derived.hertz is not None:
         lower, upper = problem.lower, problem.upper
         constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
         limits = np.array(full_slip_creepages(derived.hertz, problem.friction.coefficient, *constants))

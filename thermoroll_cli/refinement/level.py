@@ -93,7 +93,7 @@ def _on_domain(like: Discretisation, domain: Domain) -> Discretisation:
 def _around(here: Discretisation, state: SteadyState) -> Domain | None:
     """The domain around the contact of `state`; None where it does not follow."""
     derived, grid, inside = here.derived, here.grid, state.contact.normal.contact
-    if not derived.problem.has_hertz_solution or not inside.any():
+    if derived.hertz is None or not inside.any():
         # The pressure, with which that of the heated contact is compared, is known everywhere for Hertz's contact alone.
         return None
     low_x, high_x = _span(grid.x, grid.dx, np.flatnonzero(inside.any(axis=1)))

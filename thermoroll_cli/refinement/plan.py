@@ -42,7 +42,7 @@ def _elastic_coupling(derived: DerivedQuantities) -> str:
 
 
 def _isothermal_pressure(derived: DerivedQuantities) -> str | None:
-    if not derived.problem.has_hertz_solution:
+    if derived.hertz is None:
         return ""
     return None if derived.kinematics.feeds_back else "smooth bodies without thermal bulge: Hertz's closed form is exact"
 
@@ -262,7 +262,7 @@ def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQua
 
 def _facts(derived: DerivedQuantities) -> dict[str, float]:
     scales, problem = derived.scales, derived.problem
-    if not problem.has_hertz_solution:
+    if derived.hertz is None:
         # From the coarse solution that the domain follows from.
         size = {"contact_length_mm": 2e3 * scales.semi_axis_x, "contact_width_mm": 2e3 * scales.semi_axis_y,
                 "contact_centre_mm": 1e3 * scales.centre, "contact_pressure_MPa": scales.peak_pressure * 1e-6}

@@ -36,7 +36,7 @@ def problem_scalars(derived: DerivedQuantities) -> dict[str, float]:
         "friction_limit_N": problem.traction_limit,
         **dict(zip(("peclet_lower", "peclet_upper"), peclet_numbers(derived), strict=True)),
     }
-    if not problem.has_hertz_solution:
+    if derived.hertz is None:
         return scalars
     hertz, lower, upper = derived.hertz, problem.lower, problem.upper
     shear_modulus, poisson_ratio = combined_constants(
@@ -55,9 +55,9 @@ def problem_scalars(derived: DerivedQuantities) -> dict[str, float]:
 
 def _reference(discretisation: Discretisation) -> tuple[float, float]:
     """Area (m²) and peak pressure (Pa) to which γ_c and γ_p relate: Hertz's, or those of the cold bodies on this grid."""
-    derived = discretisation.derived
-    if derived.problem.has_hertz_solution:
-        return derived.hertz.area, derived.hertz.peak_pressure
+    hertz = discretisation.derived.hertz
+    if hertz is not None:
+        return hertz.area, hertz.peak_pressure
     cold = discretisation.isothermal_pressure
     return float(cold.covered.sum()) * discretisation.grid.element_area, cold.peak
 

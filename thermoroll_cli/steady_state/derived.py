@@ -37,20 +37,18 @@ class DerivedQuantities:
         return self.problem.normal_force if self.problem.approach is None else Approach(self.problem.approach)
 
     @cached_property
-    def hertz(self) -> HertzContact:
-        """Hertz's contact of homogeneous bodies with radii. Raises ValueError for others: see `scales`."""
+    def hertz(self) -> HertzContact | None:
+        """Hertz's contact of homogeneous elastic bodies with radii; None of others, which have `scales` alone."""
         p = self.problem
-        if not p.has_hertz_solution:
-            raise ValueError("bodies with a transverse profile or with coatings are in no Hertz contact")
-        return hertz_at(p.geometry, p.contact_modulus, self.given)
+        return hertz_at(p.geometry, p.contact_modulus, self.given) if p.has_hertz_solution else None
 
     @cached_property
     def scales(self) -> ContactScales:
         """Size, pressure and approach of the contact: Hertz's, or those of a coarse solution for profiles and coatings."""
         p = self.problem
-        if not p.has_hertz_solution:
-            return contact_scales(p.geometry, p.contact_modulus, self.given, self.coatings, self.relaxing)
-        return ContactScales.of_hertz(self.hertz)
+        if self.hertz is not None:
+            return ContactScales.of_hertz(self.hertz)
+        return contact_scales(p.geometry, p.contact_modulus, self.given, self.coatings, self.relaxing)
 
     @cached_property
     def coatings(self) -> Coatings | None:

@@ -11,7 +11,7 @@ from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.contact.active_set import Approach
 from thermoroll_cli.contact.contact_scales import approach_weight
 from thermoroll_cli.contact.normal_contact import NormalSolver
-from thermoroll_cli.exact.hertz import element_averages
+from thermoroll_cli.exact.hertz import HertzContact, element_averages
 from thermoroll_cli.numerics.grid import Grid, Prolongation, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Pressure
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -55,8 +55,8 @@ class PressureSolver:
     @cached_property
     def isothermal(self) -> Pressure:
         """Pressure on bodies that only their load deforms; for homogeneous bodies with radii Hertz's closed form."""
-        if self._derived.problem.has_hertz_solution:
-            return self._hertz()
+        if self._derived.hertz is not None:
+            return self._of_hertz(self._derived.hertz)
         if self._start is not None:
             start = self._start
         elif self._coarser is None:
@@ -73,8 +73,8 @@ class PressureSolver:
         return self.solve(None, start, self._tolerance,
                           mirrored=self._derived.kinematics.mirror_on(self.grid.ny, heated=True) is not None)
 
-    def _hertz(self) -> Pressure:
-        hertz, grid = self._derived.hertz, self.grid
+    def _of_hertz(self, hertz: HertzContact) -> Pressure:
+        grid = self.grid
         if self._extent is not None:
             # Hertz's pressure is even in x and y: one quadrant is averaged, the others are its mirror images.
             x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
@@ -146,7 +146,7 @@ class PressureSolver:
         if self._extent is None:
             return bool(touched)
         half_room = 0.5 * (1.0 + 0.5 * self._extent)
-        if touched and self._derived.problem.has_hertz_solution:
+        if touched and self._derived.hertz is not None:
             before = _outermost(self.isothermal.pressure)
             if _outermost(pressure) > BORDER_PRESSURES * before + LOW_PRESSURE * scales.peak_pressure:
                 return True

@@ -220,7 +220,7 @@ class TractionSolver:
         if window.mirror is not None:
             gradient = np.stack([unfolded(field, parity) for field, parity in zip(gradient, (1, 1, -1), strict=True)])
         pressure, covered = both.cut(normal.pressure), both.cut(normal.covered)
-        if undisturbed and derived.problem.has_hertz_solution:
+        if undisturbed and derived.hertz is not None:
             along, across, mixed = shear_gradients(derived.hertz, compliance.isotropic, compliance.directional)
             x, y = np.broadcast_arrays(grid.x[both.rows][:, None], grid.y[both.columns])
             exact = np.stack([along * x, across * x, mixed * y])
