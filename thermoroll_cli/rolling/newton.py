@@ -327,17 +327,28 @@ class Linearisation:
 
     def __init__(self, newton: Newton, state: Iterate) -> None:
         self.newton, self.state = newton, state
-        contact, stick = newton.contact, state.stick & newton.contact
-        slip = contact & ~stick
-        nx, ny = state.direction
-        f = state.scale
+        self.stick = state.stick & newton.contact
+        self.slip = newton.contact & ~self.stick
+        self._blocks()
+        self._preconditioner()
+        self._border_force()
+
+    def _blocks(self) -> None:
+        """P and Q, as xx, yy and xy of each element."""
+        nx, ny = self.state.direction
+        f = self.state.scale
         # Projection across the traction, I − n nᵀ, on slip elements; identity on stick elements.
         xx, yy, xy = f * (1.0 - nx * nx), f * (1.0 - ny * ny), -f * nx * ny
-        one = np.where(slip, 1.0, 0.0)
-        self.p = np.where(slip, 1.0 - xx, 0.0), np.where(slip, 1.0 - yy, 0.0), np.where(slip, -xy, 0.0)
-        rho = newton.rho * contact
+        self.p = tuple(np.where(self.slip, part, 0.0) for part in (1.0 - xx, 1.0 - yy, -xy))
+        rho = self.newton.rho * self.newton.contact
         self.q = rho * xx, rho * yy, rho * xy
-        # The own compliance dominates border elements at the beginning of a stick run; the rest is integrated.
+
+    def _preconditioner(self) -> None:
+        """The `inner` elements, which are integrated along x, and the `local` inverse of all others, which depend most on their
+        own traction."""
+        newton, state, stick, slip = self.newton, self.state, self.stick, self.slip
+        nx, ny = state.direction
+        # The own compliance dominates border elements at the beginning of a stick run.
         head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
         head |= stick & newton.border.crossed
@@ -345,6 +356,7 @@ class Linearisation:
             head |= stick & (np.abs(newton.border.interlayer) > min(newton.gradient.self_gradient))
         own_x, own_y = newton.self_compliance
         own_along, own_across = own_x * nx * nx + own_y * ny * ny, own_x * ny * ny + own_y * nx * nx
+        one = np.where(slip, 1.0, 0.0)
         along, steep = one, np.zeros_like(slip)
         if state.response is not None:
             # Decrease of the element's bound by its own traction, because that reduces the slip. If that is more than the
@@ -353,13 +365,12 @@ class Linearisation:
             self.share = 1.0 / (1.0 + rise / newton.rho) if newton.resolves_friction else np.ones_like(rise)
             along = one / (self.share * np.maximum(LEAST_STIFFNESS, 1.0 + rise * own_along))
             steep = slip & (rise * own_along > 1.0) & ~newton.border.partial
-        across = one / np.where(slip, 1.0 - f + f * newton.rho * own_across, 1.0)
+        across = one / np.where(slip, 1.0 - state.scale + state.scale * newton.rho * own_across, 1.0)
         stuck = np.where(stick, 1.0 / newton.rho, 0.0)
         self.local = (stuck / own_x + along * nx * nx + across * ny * ny, stuck / own_y + along * ny * ny + across * nx * nx,
                       along * nx * ny - across * nx * ny)
-        self.inner, self.slip = (stick & ~head) | steep, slip
+        self.inner = (stick & ~head) | steep
         self.starts = run_starts(self.inner)
-        self._border_force()
 
     def _border_force(self) -> None:
         """Response of the preconditioner to each free creepage, for the bordered system."""
