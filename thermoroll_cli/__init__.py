@@ -56,6 +56,14 @@ def of_above(name: str) -> Any:
     return getattr(importlib.import_module(_PLACES[name]), name)
 
 
+def optional(package: str, method: str) -> Any:
+    """A `package` that one `method` needs. Raises ImportError, which says what to install."""
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        raise ImportError(f"{method} needs the package {package}, which is not installed: pip install {package}") from None
+
+
 def __getattr__(name: str) -> Any:
     # Imported when asked for: the command line must start without pydantic and NumPy.
     if name in __all__ and name in _PLACES:

@@ -22,7 +22,8 @@ from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.plots.sweep_figures import BETWEEN, is_logarithmic, sweep_figure, with_value, words_of
 from thermoroll_cli.sweeps import table_picture
-from thermoroll_cli.sweeps.table import SweepColumns, read_sweep, write_csv
+from thermoroll_cli.sweeps.table import SweepColumns
+from thermoroll_cli.sweeps.table_files import read_sweep, write_csv
 from thermoroll_cli.sweeps.table_picture import draw_table
 
 OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]

@@ -20,7 +20,7 @@ from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.conicity import NUMBERS
 from thermoroll_cli.cli.results import check_no_cases
-from thermoroll_cli.cli.tables import assembly_rows, warnings_by_kind
+from thermoroll_cli.cli.tables import assembly_rows, cell_text, warnings_by_kind
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.conicity_figure import draw_conicity
@@ -36,7 +36,8 @@ from thermoroll_cli.problem.scalar_errors import (
     repeats,
     scalar_text,
 )
-from thermoroll_cli.sweeps.table import SweepColumns, is_sweep_file, read_sweep
+from thermoroll_cli.sweeps.table import SweepColumns
+from thermoroll_cli.sweeps.table_files import is_sweep_file, read_sweep
 from thermoroll_cli.sweeps.table_picture import draw_table
 from thermoroll_cli.wheelset.conicity import Conicity
 
@@ -221,7 +222,7 @@ def of_sweep(table: SweepColumns, name: str) -> Section:
     columns = table.columns
     count, converged = len(columns["status"]), sum(status == "converged" for status in columns["status"])
     over = "; ".join(f"{key} with {len(set(columns[key]))} values" for key in table.keys)
-    points = [", ".join(f"{key} = {_cell(columns[key][row])}" for key in table.keys) for row in range(count)]
+    points = [", ".join(f"{key} = {cell_text(columns[key][row])}" for key in table.keys) for row in range(count)]
     failed = [f"{point}: {reason}" for point, status, reason in zip(points, columns["status"], columns["reason"], strict=True)
               if status != "converged"]
     # An empty cell of a table of text is nan.
@@ -262,10 +263,6 @@ def of_conicity(found: Conicity, case: Case) -> Section:
         "nothing but profiles and gauge matters.", estimated=False)  # fmt: skip
 
 
-def _cell(value: Any) -> str:
-    return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
-
-
 def _sweep_table(table: SweepColumns) -> Table:
     """A row for each point: the swept values and the scalars that have a diagram and change."""
     arrays = {name: numbers(column) for name, column in table.numbers.items()}
@@ -276,7 +273,7 @@ def _sweep_table(table: SweepColumns) -> Table:
     varying = [name for name in varying
                if "_upper_" not in name or texts[name] != texts.get(name.replace("_upper_", "_lower_"))]
     varying = varying[: max(MOST_COLUMNS - len(table.keys), 1)]
-    body = [(*(_cell(table.columns[key][row]) for key in table.keys), *(texts[name][row] for name in varying))
+    body = [(*(cell_text(table.columns[key][row]) for key in table.keys), *(texts[name][row] for name in varying))
             for row in range(min(len(rows), MOST_ROWS))]  # fmt: skip
     caption = f"The first {MOST_ROWS} of {len(rows)} points" if len(rows) > MOST_ROWS else ""
     headers = (f"{ALL_SCALARS[name].brief or ALL_SCALARS[name].meaning}"

@@ -57,7 +57,7 @@ def plot(
     """Draw the pictures of results and sweeps again."""
     from thermoroll_cli.plots.pictures import draw, kinds_of
     from thermoroll_cli.sweeps.measured import Measured
-    from thermoroll_cli.sweeps.table import is_sweep_file, read_sweep
+    from thermoroll_cli.sweeps.table_files import is_sweep_file, read_sweep
     from thermoroll_cli.sweeps.table_picture import draw_table
 
     check_no_cases(results)

@@ -17,7 +17,8 @@ from thermoroll_cli.plots.sweep_figures import THEORIES
 from thermoroll_cli.sweeps.measured import Measured
 from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
-from thermoroll_cli.sweeps.table import Row, Rows, columns_of, read_sweep
+from thermoroll_cli.sweeps.table import Row, Rows, columns_of
+from thermoroll_cli.sweeps.table_files import read_sweep
 from thermoroll_cli.sweeps.table_picture import draw_table
 from thermoroll_cli.tasks.runner import Workers
 

@@ -178,7 +178,7 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     names = [name for name in (*drawn, *OVER_LIMIT) if _has_column(name, rows, problems, swept)]
     constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
-    columns += [_column(key, [_shown(row.over[key]) for row in rows]) for key in swept]
+    columns += [_column(key, [cell_text(row.over[key]) for row in rows]) for key in swept]
     varying = {name: _column(name, [_with_error(name, row) for row in rows]) for name in names if name not in constant}
     room, shown = width - sum(map(_width, columns)), set()
     for name in sorted(varying, key=lambda name: (_is_second(name), -_change(name, rows))):
@@ -216,7 +216,7 @@ def _with_error(name: str, row: Row) -> str:
     return scalar_text(name, {**row.summary, name: value}).replace(" ", "")
 
 
-def _shown(value: Any) -> str:
+def cell_text(value: Any) -> str:
     return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from thermoroll_cli import of_above
+from thermoroll_cli import of_above, optional
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.problem import Problem
@@ -303,17 +303,14 @@ class Result:
         Fields have the dimensions (x, y), element centres in m.
 
         Raises ImportError, which names the package to install, if xarray is missing; ValueError for another state."""
-        try:
-            import xarray
-        except ImportError:
-            raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
+        dataset = optional("xarray", "to_xarray").Dataset
         if state not in ("coupled", "isothermal"):
             raise ValueError(f'a result has the states "coupled" and "isothermal", not {state!r}')
         chosen = self.coupled if state == "coupled" else self.isothermal
         variables = {name: (("x", "y"), values, {"units": FIELDS[name].unit, "long_name": FIELDS[name].meaning})
                      for name, values in chosen.fields.items()}
         coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
-        return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.of_problem, "converged": int(self.converged)})
+        return dataset(variables, coordinates, {**chosen.scalars, **self.of_problem, "converged": int(self.converged)})
 
     def _repr_html_(self) -> str:
         """A table of the scalars that `thermoroll run` prints, for notebooks."""

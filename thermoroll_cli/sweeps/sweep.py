@@ -18,7 +18,8 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.python_api import Solver, Task
 from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Point, Points, Value
-from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of, write_csv, write_hdf5
+from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of
+from thermoroll_cli.sweeps.table_files import write_csv, write_hdf5
 from thermoroll_cli.tasks.journal import Journal, Record
 from thermoroll_cli.tasks.runner import Item, Workers, check_main_guard, run
 

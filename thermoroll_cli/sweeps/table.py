@@ -1,10 +1,7 @@
-"""The rows of a sweep: one per point, as CSV, as HDF5 arrays over the swept keys, as a data frame; and read back from
-the files."""
+"""The rows of a sweep, one per point, and their columns, also as a data frame."""
 
 from __future__ import annotations
 
-import csv
-import json
 import math
 import pathlib
 from array import array
@@ -12,22 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
-from numpy.typing import NDArray
 
-from thermoroll_cli.atomic import replacing, write_bytes
-from thermoroll_cli.files.result.hdf5 import (
-    ResultFileError,
-    create,
-    dimension_scale,
-    fixed_text,
-    image_of,
-    label,
-    opened,
-    read_result,
-    stamp,
-)
+from thermoroll_cli import optional
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     OVER_LIMIT,
@@ -45,14 +29,13 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-FORMAT_VERSION = 2
-KIND = "sweep"
 CONVERGED = "converged"
 STATES = {"isothermal": "without thermal deformation: ", "error": "estimated error: "}
 """Mappings of a summary that have all scalars of a state, too, and words before the meanings of their columns."""
 TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
 """Columns of texts. `unbounded` names the scalars that have no limit at this point, where the contact reaches the end of a
 profile."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -167,74 +150,25 @@ class SweepColumns:
 
 
 def columns_of(rows: Rows, title: str = "") -> SweepColumns:
-    """The table with all rows known now: the swept keys, texts, and arrays of numbers, those below the surface where any row
-    has them."""
-    keys, present = tuple(axis.key for axis in rows.points.axes), set[str]()
-    for row in rows:
-        present |= row.summary.keys() & SUBSURFACE_SCALARS.keys()
-    below = [name for name in SUBSURFACE_SCALARS if name in present]
-    prefixed = [f"{state}.{name}" for state in STATES for name in SCALARS] + [f"error.{name}" for name in below]
-    columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS[:-1])}
-    # Scalars of an assembly and of its patches.
-    of_assembly = dict.fromkeys(name for row in rows if any("side" in patch for patch in row.summary.get("patches", ()))
-                                for name, value in row.cells().items() if isinstance(value, float) and name not in keys)
-    # Arrays need a quarter of the memory of lists.
-    columns |= {name: array("d") for name in (*SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT, *below, *prefixed, *of_assembly)}
-    columns |= {name: [] for name in (TEXTS[-1], "work.applications", "file")}
-    for row in rows:
+    """The table with all rows known now: the swept keys, texts, and every number that any row has."""
+    keys = tuple(axis.key for axis in rows.points.axes)
+    columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS, "work.applications", "file")}
+    for before, row in enumerate(rows):
         cells = row.cells()
+        # Arrays need a quarter of the memory of lists.
+        columns |= {name: array("d", [math.nan]) * before for name, value in cells.items()
+                    if name not in columns and isinstance(value, float) and not math.isnan(value)}
         for name, column in columns.items():
             column.append(cells.get(name, math.nan))
-    empty = {name for name, column in columns.items() if isinstance(column, array) and np.isnan(column).all()}
-    kept = {name: column for name, column in columns.items() if name not in empty}
-    return SweepColumns(kept, keys, rows.points.listed, title)
+    declared = (*keys, *TEXTS[:-1], *SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT, *SUBSURFACE_SCALARS,
+                *(f"{state}.{name}" for state in STATES for name in SCALARS), *(f"error.{name}" for name in SUBSURFACE_SCALARS))
+    last = {name: columns.pop(name) for name in (TEXTS[-1], "work.applications", "file")}
+    # Those of an assembly and of its patches are not declared.
+    ordered = {name: columns.pop(name) for name in declared if name in columns}
+    return SweepColumns(ordered | columns | last, keys, rows.points.listed, title)
 
 
-def write_csv(path: pathlib.Path, table: SweepColumns) -> None:
-    """Replace the file at `path` by one with this table. Raises WriteError."""
-    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", errors="backslashreplace", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(table.columns)
-        writer.writerows(map(_cell, cells) for cells in zip(*table.columns.values(), strict=True))
-
-
-def _cell(value: Any) -> str:
-    """A number with all its digits, nothing for one that was not computed."""
-    if isinstance(value, float):
-        return "" if math.isnan(value) else repr(value)
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line: str) -> None:
-    """Every column as an array over the swept keys, nan and empty where a point has no row. Raises WriteError."""
-    points, known = rows.points, np.array(rows.numbers, dtype=int) - 1
-    columns: dict[str, NDArray[Any]] = {}
-    for name, column in table.numbers.items():
-        columns[name] = np.full(points.count, math.nan)
-        columns[name][known] = column
-    for name in TEXTS:
-        texts = np.full(points.count, b"", dtype=object)
-        texts[known] = [text.encode("utf-8", "backslashreplace") for text in table.columns[name]]
-        columns[name] = texts.astype(bytes)
-    coordinates = {axis.key: _array(axis.values) for axis in points.axes}
-    if points.listed:
-        columns = {**coordinates, **columns}
-        coordinates = {"point": np.arange(1, points.count + 1)}
-    inputs = {"case_text": points.text, "settings": json.dumps([override.text for override in points.settings]),
-              "keys": json.dumps(table.keys)}
-
-    def fill(file: h5py.File) -> None:
-        stamp(file, FORMAT_VERSION, kind=KIND, title=points.point(1).problem.title, command_line=command_line)
-        for name, text in inputs.items():
-            create(file, f"input/{name}", fixed_text(text))
-        scales = [dimension_scale(file, key, values, **_attributes(key, table.keys)) for key, values in coordinates.items()]
-        for name, flat in columns.items():
-            label(create(file, name, flat.reshape(points.shape), scales), **_attributes(name, table.keys))
-
-    write_bytes(path, image_of(fill))
-
-
-def _attributes(name: str, keys: Sequence[str]) -> dict[str, str]:
+def attributes_of(name: str, keys: Sequence[str]) -> dict[str, str]:
     """Meaning and units of a column. Errors are relative (`error_scale`) and have no units."""
     *parts, own = name.split(".")
     patch, state = (next((part for part in parts if (part in STATES) == known), "") for known in (False, True))
@@ -245,79 +179,6 @@ def _attributes(name: str, keys: Sequence[str]) -> dict[str, str]:
         return {"long_name": "number of the point" if name == "point" else name}
     meaning = (f"patch {patch}: " if patch else "") + STATES.get(state, "") + scalar.meaning
     return {"long_name": meaning} if state == "error" else {"long_name": meaning, "units": scalar.unit or "1"}
-
-
-def _array(values: Sequence[Value]) -> NDArray[Any]:
-    """Numbers as they are, words as bytes."""
-    if any(isinstance(value, bool | str) for value in values):
-        return np.array([str(value).lower().encode() if isinstance(value, bool) else str(value).encode() for value in values])
-    return np.asarray(values)
-
-
-def is_sweep_file(path: pathlib.Path) -> bool:
-    """Whether the file at `path` has the many points of a sweep: a CSV table, or an HDF5 file of this kind. A damaged file is
-    none; reading it reports the fault."""
-    if path.suffix.lower() == ".csv":
-        return True
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            return bool(file.attrs.get("kind") == KIND.encode())
-    except (OSError, RuntimeError, KeyError):
-        return False
-
-
-def read_sweep(path: pathlib.Path) -> SweepColumns:
-    """The table in the file at `path`, as `sweep` writes sweep.csv and sweep.h5. Raises ResultFileError."""
-    try:
-        return _read_csv(path) if path.suffix.lower() == ".csv" else _read_hdf5(path)
-    except (OSError, ValueError, KeyError, IndexError, StopIteration) as cause:
-        reason = cause.strerror if isinstance(cause, OSError) and cause.strerror else "not the table of a sweep"
-        raise ResultFileError(f"{path}: {reason}") from cause
-
-
-def _read_csv(path: pathlib.Path) -> SweepColumns:
-    with open(path, encoding="utf-8", newline="") as stream:
-        header, *rows = list(csv.reader(stream))
-    if header[:2] == ["side", "number"]:  # the exported patches of a wheelset
-        raise ValueError
-    columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
-    keys = tuple(header[: header.index("status")])
-    listed = math.prod(len(set(columns[key])) for key in keys) != len(rows)
-    beside = _result_beside(path, columns)
-    if beside is None:
-        return SweepColumns(columns, keys, listed)
-    return SweepColumns(columns, keys, listed, beside.problem.title, beside.case_text, beside.attributes)
-
-
-def _result_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> Result | None:
-    """A result file beside a table of text, which lacks the case; None without one."""
-    for name in columns.get("file", ()):
-        if isinstance(name, str) and name and path.with_name(name).exists():
-            return read_result(path.with_name(name), with_fields=False)
-    return None
-
-
-def _value(text: str) -> float | str:
-    try:
-        return float(text) if text else math.nan
-    except ValueError:
-        return text
-
-
-def _read_hdf5(path: pathlib.Path) -> SweepColumns:
-    with opened(path, KIND, FORMAT_VERSION) as file:
-        keys, shape = tuple(json.loads(file["input/keys"].asstr()[()])), file["status"].shape
-        columns = {name: _flat(item[()]) for name, item in file.items() if getattr(item, "shape", ()) == shape}
-        listed = "point" in file
-        if not listed:
-            swept = np.meshgrid(*(file[key][()] for key in keys), indexing="ij")
-            columns |= {key: _flat(values) for key, values in zip(keys, swept, strict=True)}
-        attributes = {name: value.decode() if isinstance(value, bytes) else value for name, value in file.attrs.items()}
-        return SweepColumns(columns, keys, listed, attributes["title"], file["input/case_text"].asstr()[()], attributes)
-
-
-def _flat(values: NDArray[Any]) -> list[Any]:
-    return [value.decode() if isinstance(value, bytes) else value for value in values.ravel().tolist()]
 
 
 class SweepTable(list[dict[str, Any]]):
@@ -339,25 +200,18 @@ class SweepTable(list[dict[str, Any]]):
         """A `pandas.DataFrame` with a row per point: the swept keys, `converged`, and a column for each number.
 
         Raises ImportError, which names the package to install, if pandas is missing."""
-        try:
-            import pandas
-        except ImportError:
-            raise ImportError("to_dataframe needs the package pandas, which is not installed: pip install pandas") from None
         swept = {key: self._table.columns[key] for key in self._table.keys}
-        return pandas.DataFrame({**swept, **self._numbers()})
+        return optional("pandas", "to_dataframe").DataFrame({**swept, **self._numbers()})
 
     def to_xarray(self) -> xarray.Dataset:
         """An `xarray.Dataset` with `converged` and each number over the swept keys; over `point` for a list of points.
 
         Raises ImportError, which names the package to install, if xarray is missing."""
-        try:
-            import xarray
-        except ImportError:
-            raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
+        dataset = optional("xarray", "to_xarray").Dataset
         axes, listed = self.points.axes, self.points.listed
         dimensions = ("point",) if listed else tuple(axis.key for axis in axes)
-        coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values), _attributes(axis.key, dimensions))
+        coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values), attributes_of(axis.key, dimensions))
                        for axis in axes}
-        columns = {name: (dimensions, np.reshape(column, self.points.shape), _attributes(name, ()))
+        columns = {name: (dimensions, np.reshape(column, self.points.shape), attributes_of(name, ()))
                    for name, column in self._numbers().items()}
-        return xarray.Dataset(columns, coordinates)
+        return dataset(columns, coordinates)
