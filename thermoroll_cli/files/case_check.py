@@ -6,7 +6,8 @@ import difflib
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any, get_args
 
 from pydantic import ValidationError
@@ -20,17 +21,35 @@ from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
+from thermoroll_cli.files.case_wheelset import OutlineTable
 from thermoroll_cli.files.positions_file import read_positions
-from thermoroll_cli.files.profile_file import ProfileError, Reading, read_outline, read_profile
+from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
 from thermoroll_cli.files.relaxation_file import MeasuredSeries, read_series
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.solvable import reasons_against
-from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
-OUTLINES = {"track": "rail_profile", "wheelset": "wheel_profile"}
-"""Tables with outlines, and the key of these, also in the tables of their sides."""
+
+@dataclass(frozen=True)
+class Source:
+    """A `key` of a `table` that names a file, which has the `content` of another key; `allowed` if the key does not say it."""
+
+    table: type[Table]
+    key: str
+    content: str
+    read: Callable[[str], Any]
+    allowed: str = ""
+
+
+SOURCES = (
+    Source(model.ProfileTable, "file", "points_mm", read_profile,
+           "a text file with two columns, y and height in mm, y increasing; or a .prr, .prw, .ban or .whl file"),
+    Source(OutlineTable, "file", "points_mm", read_outline),
+    Source(model.MaterialConstants, "relaxation_file", "relaxation", read_series,
+           "a text file with the columns frequency_Hz, storage_GPa, loss_GPa"),
+    Source(model.WearTable, "positions_file", "positions", read_positions),
+)  # fmt: skip
 LEFT_OUT_MATTERS = ("thermal", "subsurface")
 """Tables that mean something by not being there."""
 
@@ -96,12 +115,7 @@ class _Checker:
         given = self.content.get(name)
         if isinstance(given, dict):
             valid = self._material(given) if name == "material" else self._table((name,), _kind(field), given)
-            valid = self._with_profiles(valid) if isinstance(valid, model.GeometryTable) else valid
-            valid = self._with_series((name,), valid) if name == "material" and valid is not None else valid
-            if name in OUTLINES and valid is not None:
-                valid = self._with_outlines((name,), valid, OUTLINES[name])
-            if isinstance(valid, model.WearTable):
-                valid = self._with_positions(valid)
+            valid = valid and self._with_files((name,), valid)
             if valid is not None:
                 self.sections[name] = valid
         elif name in self.content:
@@ -135,75 +149,32 @@ class _Checker:
             self._note(("material", body), message, allowed=allowed, at_key=True)
         return self._table(("material",), model.TwoMaterials, given, ignored=missing)
 
-    def _with_profiles(self, geometry: model.GeometryTable) -> model.GeometryTable | None:
-        """The geometry with the points of its files; None where a file has none."""
-        points: dict[str, Any] = {}
-        for name in (f"{body}_profile" for body in BODIES):
-            table, path = getattr(geometry, name), ("geometry", name)
-            if table is None or table.file is None or table.points_mm is not None:
+    def _with_files(self, path: KeyPath, table: Table) -> Table | None:
+        """`table`, and those in it, with the content of the files that they name; None where a file has none."""
+        changes: dict[str, Any] = {}
+        for key, value in table:
+            if isinstance(value, Table):
+                changes[key] = self._with_files((*path, key), value)
+            elif isinstance(value, list) and value and isinstance(value[0], Table):
+                own = [self._with_files((*path, key, number), each) for number, each in enumerate(value)]
+                changes[key] = None if None in own else own
+        failed = None in changes.values()
+        for source in (source for source in SOURCES if isinstance(table, source.table)):
+            named, place = getattr(table, source.key), (*path, source.key)
+            if named is None or getattr(table, source.content) is not None:
                 continue
+            if isinstance(named, model.RelaxationFile):
+                named, place = named.file, (*place, "file")
             try:
-                read = read_profile(os.path.join(os.path.dirname(self.source.name), table.file))
-                points[name] = table.model_copy(update={"points_mm": read.points, "file": None})
-                self.readings[".".join(path)] = read
-            except ProfileError as fault:
-                allowed = "a text file with two columns, y and height in mm, y increasing; or a .prr, .prw, .ban or .whl file"
-                self._note((*path, "file"), str(fault), allowed=allowed, hint=fault.hint)
+                read = source.read(os.path.join(os.path.dirname(self.source.name), named))
+            except (ValueError, OSError) as fault:
+                self._note(place, str(fault), allowed=source.allowed or allowed_values(place), hint=getattr(fault, "hint", ""))
                 return None
-        return geometry.model_copy(update=points)
-
-    def _with_series(self, path: KeyPath, table: Table) -> Table | None:
-        """The material with the series of its files, and those of its bodies and layers; None where a file has none."""
-        changes: dict[str, Any] = {}
-        for body in (body for body in BODIES if isinstance(getattr(table, body, None), Table)):
-            changes[body] = self._with_series((*path, body), getattr(table, body))
-        layers = getattr(table, "layers", None) or ()
-        own = [self._with_series((*path, "layers", number), layer) for number, layer in enumerate(layers)]
-        if layers:
-            changes["layers"] = None if None in own else own
-        source, key = getattr(table, "relaxation_file", None), (*path, "relaxation_file")
-        if source is not None and getattr(table, "relaxation", None) is not None:
-            self._note(key, "cannot be given together with relaxation", allowed="a series, or a file", at_key=True)
-            return None
-        if source is not None:
-            try:
-                read = read_series(os.path.join(os.path.dirname(self.source.name), source.file))
-                changes |= {"relaxation": [list(pair) for pair in read.series], "relaxation_file": None}
-                self.readings[".".join(map(str, key))] = read
-            except ProfileError as fault:
-                allowed = "a text file with the columns frequency_Hz, storage_GPa, loss_GPa"
-                self._note((*key, "file"), str(fault), allowed=allowed, hint=fault.hint)
-                return None
-        failed = any(value is None for name, value in changes.items() if name != "relaxation_file")
-        return None if failed else table.model_copy(update=changes)
-
-    def _with_positions(self, wear: model.WearTable) -> model.WearTable | None:
-        """The table of wear with the positions of its file; None where the file has none."""
-        if wear.positions_file is None or wear.positions is not None:
-            return wear
-        try:
-            positions = read_positions(os.path.join(os.path.dirname(self.source.name), wear.positions_file))
-        except (ValueError, OSError) as fault:
-            path = ("wear", "positions_file")
-            self._note(path, str(fault), allowed=allowed_values(path))
-            return None
-        return wear.model_copy(update={"positions": positions, "positions_file": None})
-
-    def _with_outlines(self, path: tuple[str, ...], table: Table, name: str) -> Table | None:
-        """A table of a wheelset with the points of its files, and its sides with theirs; None where a file has none."""
-        changes: dict[str, Any] = {}
-        for side in (side for side in SIDES if getattr(table, side, None) is not None):
-            changes[side] = self._with_outlines((*path, side), getattr(table, side), name)
-        outline = getattr(table, name)
-        if outline is not None and outline.file is not None and outline.points_mm is None:
-            try:
-                read = read_outline(os.path.join(os.path.dirname(self.source.name), outline.file))
-                changes[name] = outline.model_copy(update={"points_mm": read.points, "file": None})
-                self.readings[".".join((*path, name))] = read
-            except ProfileError as fault:
-                self._note((*path, name, "file"), str(fault), allowed=allowed_values((*path, name, "file")), hint=fault.hint)
-                return None
-        return None if None in changes.values() else table.model_copy(update=changes)
+            if not isinstance(read, list):
+                self.readings[".".join(map(str, place[:-1]))] = read
+                read = read.content
+            changes |= {source.content: read, source.key: None}
+        return None if failed else table.model_copy(update=changes) if changes else table
 
     def _one_contact_or_a_wheelset(self) -> None:
         """A case has a geometry and a load, or a track and a wheelset."""

@@ -297,6 +297,9 @@ def _relaxation(sections: Sections) -> Iterator[Conflict]:
         for place, constants in ((path, material), *(((*path, "layers", number), layer)
                                                      for number, layer in enumerate(material.layers or ()))):
             pairs, key = constants.relaxation or (), (*place, "relaxation")
+            if constants.relaxation and constants.relaxation_file:
+                yield Conflict((*place, "relaxation_file"), "cannot be given together with relaxation", "a series, or a file",
+                               at_key=True)
             if not all(SMALLEST_SHARE <= share and TIMES[0] <= time <= TIMES[1] for share, time in pairs):
                 yield Conflict(key, "has a share or a time outside the allowed range",
                                f"shares from {SMALLEST_SHARE:g}, times from {TIMES[0]:g} s to {TIMES[1]:g} s")

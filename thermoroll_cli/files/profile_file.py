@@ -69,6 +69,11 @@ class Reading:
     file: str = ""
     upwards: bool = False
 
+    @property
+    def content(self) -> Points:
+        """What the file stands for in the case."""
+        return self.points
+
     def record(self, *, mirror: bool, wheel: bool = False) -> dict[str, Any]:
         """What `show` says, with `mirror` of the case, of a `wheel` if the case says so."""
         sign = -1.0 if mirror else 1.0

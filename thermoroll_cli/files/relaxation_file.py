@@ -46,6 +46,11 @@ class MeasuredSeries:
     relaxed: float
     rms: float
 
+    @property
+    def content(self) -> list[list[float]]:
+        """What the file stands for in the case."""
+        return [list(pair) for pair in self.series]
+
     def record(self, **_: bool) -> dict[str, Any]:
         """What `show` says."""
         return {"file": self.file, "frequencies": self.frequencies, "lowest_Hz": self.lowest, "highest_Hz": self.highest,
