@@ -5,15 +5,15 @@ from __future__ import annotations
 import statistics
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from scripts.benchmark.cases import HOT, ROOT
 from scripts.benchmark.contact import ratios
 from scripts.figures.figures_documents import fill
+from scripts.figures.figures_drawing import COUPLED, ISOTHERMAL, diagrams
+from scripts.figures.figures_drawing import write as save
+from thermoroll_cli.plots.style import applied
 
 NAMES = {HOT: "Sec. 4.1, coupled", "article_4_1_mechanical": "Sec. 4.1, isothermal",
          **{f"article_3_1_case_{n}": f"Sec. 3.1, case {n}" for n in range(1, 6)}}
-OWN, OTHER = "#0072b2", "#d55e00"
 
 
 def write(results: dict[str, Any]) -> None:
@@ -24,7 +24,8 @@ def write(results: dict[str, Any]) -> None:
     if "accuracy" in results:
         tables["coupled"] = _coupled(results["accuracy"]["measured"])
     if "contact" in results:
-        _figure(results)
+        with applied():
+            _figure(results)
     tables["machine"] = _machine(results)
     fill(ROOT / "docs", {"benchmark": tables})
 
@@ -101,15 +102,13 @@ def _processes(measured: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _figure(results: dict[str, Any]) -> None:
     """Error of the forces against processor seconds: our solves and CONTACT's."""
-    figure = Figure(figsize=(5.0, 3.4), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = diagrams(1, 1, (4.6, 2.5))
     for index, values in enumerate(results["contact"]["measured"].values()):
         for kind, error, look, label in (("solve", "error", "o-", "thermoroll, solve"), ("process", "error", "o:",
                                          "thermoroll, whole process"), ("contact", "contact_error", "s--", "CONTACT, process")):
             grids = [n for n in values[kind] if n.isdigit()]
-            axes.loglog([values[kind][n] for n in grids], [values[error][n] for n in grids], look, markersize=3, linewidth=0.8,
-                        color=OTHER if kind == "contact" else OWN, label=None if index else label)
-    axes.set(xlabel="processor seconds", ylabel="error of the creep forces / μW")
-    axes.grid(True, linewidth=0.3)
-    figure.legend(fontsize=7, loc="outside upper center", ncols=3)
-    figure.savefig(ROOT / "docs" / "figures" / "error_against_time.png", dpi=150)
+            axes.loglog([values[kind][n] for n in grids], [values[error][n] for n in grids], look, markersize=3, linewidth=0.9,
+                        color=COUPLED if kind == "contact" else ISOTHERMAL, label=None if index else label)
+    axes.set(xlabel="processor time (s)", ylabel=r"error of the creep forces / $\mu W$")
+    axes.legend(loc="center right")
+    save(figure, ROOT / "docs" / "figures", "error_against_time")

@@ -7,11 +7,9 @@ import dataclasses
 import json
 import math
 import pathlib
-import tempfile
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.lines import Line2D
 
 from scripts.figures.figures_drawing import (
@@ -43,7 +41,6 @@ from scripts.figures.figures_drawing import (
     write,
 )
 from thermoroll_cli import Case, sweep
-from thermoroll_cli.cli.main import main
 from thermoroll_cli.exact.moving_sources import rectangle_maximum, rectangle_temperature, tian_kennedy_maximum
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
@@ -60,10 +57,10 @@ def shear_cases(folder: Folder, grid: int) -> Numbers:
     """Fig. 4: shear traction of the five cases of Sec. 3.1, and of the fifth with its spin reversed."""
     cases: list[tuple[str, str, str, dict[str, Any]]] = [
         ("a", r"$\xi_x = 0.00135$", "article_3_1_case_1", {}),
-        ("b", r"$\xi_x = \xi_y = 0.00135$", "article_3_1_case_2", {}),
+        ("b", r"$\xi_{x,y} = 0.00135$", "article_3_1_case_2", {}),
         ("c", r"$\xi_\phi = 0.02$", "article_3_1_case_3", {}),
         ("d", r"$\xi_x = 0.00135$, $\xi_\phi = 0.01$", "article_3_1_case_4", {}),
-        ("e", r"$\xi_x = \xi_y = 0.00135$, $\xi_\phi = 0.01$", "article_3_1_case_5", {}),
+        ("e", r"$\xi_{x,y} = 0.00135$, $\xi_\phi = 0.01$", "article_3_1_case_5", {}),
         ("e′", r"the same, $\xi_\phi = -0.01$", "article_3_1_case_5", {"creepage.spin_rad_mm": -0.01}),
     ]
     panels, numbers = [], {}
@@ -76,7 +73,7 @@ def shear_cases(folder: Folder, grid: int) -> Numbers:
         numbers[mark] = some(result.coupled.scalars, "force_x_N", "force_y_N", "spin_moment_Nmm", "gamma_st", "Q_F_W",
                              "shear_max_MPa")
     rows = [Row(panels[:3], 0.6, r"$|\tau|/p_0$", "viridis"), Row(panels[3:], 0.6, r"$|\tau|/p_0$", "viridis")]
-    write(map_figure(rows, 1.95, legend=True), folder, "fig_04_shear_cases")
+    write(map_figure(rows, 1.6, legend=True), folder, "fig_04_shear_cases")
     return {"runs": numbers, "table": _beside_contact(numbers)}
 
 
@@ -232,20 +229,20 @@ def _other_velocities(grid: int) -> Numbers:
     return out
 
 
-LINEAR = (0.001, 0.002, 0.003, 0.004, 0.005)
+LINEAR = {0.001: "#000000", 0.002: "#3b3f9e", 0.003: "#0072b2", 0.004: "#a5538f", 0.005: "#d55e00"}
+"""Creepages of Fig. 11 and their colours, all dark enough on white."""
 
 
 def linear_creepages(folder: Folder, grid: int) -> Numbers:
     """Fig. 11: pressure and shear traction on the centre line for combinations of linear creepages."""
-    figure, (left, right) = diagrams(1, 2, (3.0, 2.5), bottom=0.78)
+    figure, (left, right) = diagrams(1, 2, (2.75, 2.3), bottom=0.78)
     solver = Solver()
     numbers: Numbers = {}
     for family, other, dashes in (("longitudinal", "lateral", "solid"), ("lateral", "longitudinal", DASHED)):
-        for number, creepage in enumerate(LINEAR):
+        for creepage, colour in LINEAR.items():
             changes = {f"creepage.{family}": creepage, f"creepage.{other}": 0.001}
             result = solve_case("article_4_2_linear", changes, grid=grid, solver=solver)
             view = view_of(result)
-            colour = colormaps["viridis"](0.88 * number / (len(LINEAR) - 1))
             x = view.x / view.semi_axes[0]
             for axes, field in ((left, "pressure"), (right, "shear")):
                 line = on_centreline(view, field_of(view, 1, field)) / view.peak_pressure
@@ -261,12 +258,11 @@ def linear_creepages(folder: Folder, grid: int) -> Numbers:
         axes.set_ylabel(label)
         few_ticks(axes, 4, 6)
         letter(axes, mark)
-    handles = [Line2D([], [], color=colormaps["viridis"](0.88 * i / (len(LINEAR) - 1)), label=f"{c:g}")
-               for i, c in enumerate(LINEAR)]
+    handles = [Line2D([], [], color=colour, label=f"{creepage:g}") for creepage, colour in LINEAR.items()]
     handles += [Line2D([], [], color="0.25", label=r"$\xi_x$ varies, $\xi_y = 0.001$"),
                 Line2D([], [], color="0.25", linestyle=DASHED, label=r"$\xi_y$ varies, $\xi_x = 0.001$"),
                 Line2D([], [], color="0.45", linestyle=DOTTED, linewidth=0.9, label="Hertz")]
-    figure.legend(handles=handles, loc="lower center", ncols=8, handlelength=1.9, columnspacing=1.1, borderpad=0.2)
+    figure.legend(handles=handles, loc="lower center", ncols=4, handlelength=1.9, columnspacing=1.1, borderpad=0.2)
     write(figure, folder, "fig_11_linear_creepages")
     return {"runs": numbers}
 
@@ -274,7 +270,7 @@ def linear_creepages(folder: Folder, grid: int) -> Numbers:
 def spin(folder: Folder, grid: int) -> Numbers:
     """Fig. 12: pressure and shear traction under spin."""
     cases = (("low", r"$\xi_\phi = -0.01$"), ("high", r"$\xi_\phi = -0.03$"),
-             ("combined", r"$\xi_x = \xi_y = 0.001$, $\xi_\phi = -0.03$"))
+             ("combined", r"$\xi_{x,y} = 0.001$, $\xi_\phi = -0.03$"))
     upper, lower, numbers = [], [], {}
     for number, (name, words) in enumerate(cases):
         result = solve_case(f"article_4_2_spin_{name}", grid=grid)
@@ -293,7 +289,7 @@ def spin(folder: Folder, grid: int) -> Numbers:
         "Q_F_without_W": rounded(reversed_spin.isothermal.scalars["Q_F_W"])}
     rows = [Row(upper, max(float(p.values.max()) for p in upper), r"$p/p_0$", "viridis"),
             Row(lower, max(float(p.values.max()) for p in lower), r"$|\tau|/p_0$", "viridis")]
-    write(map_figure(rows, 1.95, legend=True), folder, "fig_12_spin")
+    write(map_figure(rows, 1.6, legend=True), folder, "fig_12_spin")
     labels = ("(a, d) ξ_φ = −0.01", "(b, e) ξ_φ = −0.03", "(c, f) ξ_x = ξ_y = 0.001, ξ_φ = −0.03", "the same, ξ_φ = 0.03")
     keys = ("force_x_N", "force_y_N", "gamma_st", "gamma_c", "gamma_p", "Q_F_W")
     lines = [[words, *(plain(n[key]) for key in keys)] for words, n in zip(labels, numbers.values(), strict=True)]
@@ -317,22 +313,34 @@ RADII = {"non-conformal": 30.0, "flat": math.inf, "conformal, groove 36.7 mm": -
 SCALARS = ("Q_F_W", "temperature_rise_max_lower_K", "gamma_c", "gamma_st", "gamma_p")
 
 
+LABELS = ("$Q_F$ (W)", r"$\Delta T_{max}$ (K)", r"$\gamma_c$", r"$\gamma_{st}$", r"$\gamma_p$")
+
+
 def speed_and_conformity(folder: pathlib.Path, grid: int) -> Numbers:
-    """Fig. 13 as a sweep, without differential slip, which the article's equations do not have."""
+    """Fig. 13: a sweep without differential slip, which the article's equations do not have."""
     case = Case.read(ROOT / "cases" / "article_4_3_conformal.toml").with_values(
         {"rolling.differential_slip": False, "numerics.grid": grid})
-    over = {"geometry.lower_radius_y_mm": list(RADII.values()), "rolling.speed_m_s": list(SPEEDS)}
-    with tempfile.TemporaryDirectory() as place:
-        rows = sweep(case, over, place)
-        if main(["plot", f"{place}/sweep.csv", "-o", place]) != 0:
-            raise RuntimeError("the sweep is not drawn")
-        pathlib.Path(place, "sweep.png").replace(folder / "fig_13_speed_conformity.png")
+    rows = sweep(case, {"geometry.lower_radius_y_mm": list(RADII.values()), "rolling.speed_m_s": list(SPEEDS)})
+    figure, axes = diagrams(2, 3, (1.75, 1.6), gap=(0.62, 0.34), bottom=0.42)
     runs: Numbers = {}
     for number, (words, radius) in enumerate(RADII.items()):
         own = rows[number * len(SPEEDS) : (number + 1) * len(SPEEDS)]
         assert all(row["status"] == "converged" for row in own), words
+        for place, name in zip(axes, SCALARS, strict=False):
+            place.plot(SPEEDS, [row[name] for row in own], color=f"C{number}", marker="o", markersize=2.0, label=words)
+            place.plot(SPEEDS, [row["isothermal"][name] for row in own], color=f"C{number}", linestyle=DASHED, linewidth=0.8)
         runs[words] = {"R_y_mm": rounded(1.0 / (1.0 / 30.0 + 1.0 / radius)), "speeds_m_s": list(SPEEDS),
                        **{name: [rounded(row[name], 5) for row in own] for name in (*SCALARS, "creepage_longitudinal")}}
+    for number, (place, label) in enumerate(zip(axes, LABELS, strict=False)):
+        place.set_ylabel(label)
+        place.tick_params(labelbottom=number > 1)
+        place.set_xlabel("rolling speed (m/s)" if number > 1 else "")
+        few_ticks(place, 4, 5)
+    axes[5].set_axis_off()
+    handles = [*axes[0].get_legend_handles_labels()[0],
+               Line2D([], [], color="0.2", linestyle=DASHED, linewidth=0.8, label="without thermal\ndeformation")]
+    axes[5].legend(handles=handles, loc="center", title="lower body")
+    write(figure, folder, "fig_13_speed_conformity")
     return {"runs": runs, "table": _trends(runs)}
 
 

@@ -55,7 +55,7 @@ def _whole_area(result: Result) -> float:
 
 def borders(folder: Folder, grid: int) -> Numbers:
     """Forces and stick area of the mechanical cases, contact area of the hot one."""
-    figure, axes = diagrams(1, 3, (2.15, 2.1), gap=(0.74, 0.0), bottom=0.95)
+    figure, axes = diagrams(1, 3, (1.75, 2.0), gap=(0.66, 0.0), bottom=0.75)
     forces, sticks = _mechanical()
     for errors, (_, colour, line) in zip(forces, VARIANTS, strict=True):
         _curve(axes[0], errors, colour, line)
@@ -65,13 +65,13 @@ def borders(folder: Folder, grid: int) -> Numbers:
     _curve(axes[1], [abs(runs[n].coupled.scalars["gamma_c"] - best) for n in SIDES], COUPLED, "-")
     for errors, look in zip(sticks, (VARIANTS[0][1:], (COUPLED, "-")), strict=True):
         _curve(axes[2], errors, *look)
-    labels = ("error of the creep force / μW", "error of $γ_c$, hot contact", "error of $γ_{st}$")
+    labels = (r"error of the creep force / $\mu W$", "error of $γ_c$, hot contact", "error of $γ_{st}$")
     for ax, mark, label in zip(axes, "abc", labels, strict=True):
         against_sides(ax, label)
         letter(ax, f"({mark})", right=True)
     handles = [Line2D([], [], color=c, linestyle=s, marker="o", markersize=2.5, label=label) for label, c, s in VARIANTS]
     handles.append(Line2D([], [], color=COUPLED, marker="o", markersize=2.5, label="border located inside its elements"))
-    figure.legend(handles=handles, loc="lower center", ncols=2, handlelength=2.4, columnspacing=1.3, borderpad=0.2)
+    figure.legend(handles=handles, loc="lower center", ncols=2, handlelength=2.4, columnspacing=1.2, borderpad=0.1)
     write(figure, folder, "borders")
     return {"forces": [[rounded(e, 2) for e in v] for v in forces], "stick": [[rounded(e, 2) for e in v] for v in sticks]}
 

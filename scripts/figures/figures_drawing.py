@@ -200,7 +200,7 @@ def map_figure(rows: Sequence[Row], side: float, *, legend: bool = False) -> Fig
         figure.colorbar(image, cax=bar, label=row.label)
         few_ticks(bar, y=6)
     if legend:
-        handles = border_handles(rows[0].panels[-1].view.frame)
+        handles = max((border_handles(panel.view.frame) for panel in rows[0].panels), key=len)
         figure.legend(handles=handles, loc="lower center", ncols=len(handles), bbox_to_anchor=(0.5, 0.0))
     return figure
 

@@ -125,7 +125,7 @@ def against_sides(ax: Axes, label: str) -> None:
 def forces(folder: Folder, grid: int) -> Numbers:
     """Creep forces and heat against N, with CONTACT's, and the figure of convergence."""
     contact = json.loads((REFERENCE / "contact_rolling.json").read_text())["cases"]
-    figure, axes = diagrams(1, 3, (2.15, 2.1), gap=(0.74, 0.0), bottom=0.95)
+    figure, axes = diagrams(1, 3, (1.75, 2.0), gap=(0.66, 0.0), bottom=0.75)
     rows: Rows = []
     for (words, name, case, changes), colour in zip(FORCE_CASES, (ISOTHERMAL, COUPLED), strict=True):
         runs = {n: rolled(problem_of(case, n, **changes)) for n in (*SIDES, REFERENCE_SIDE)}
@@ -158,7 +158,7 @@ def forces(folder: Folder, grid: int) -> Numbers:
     guide = np.array([20.0, 90.0])
     axes[0].loglog(guide, 6e-3 * (guide / 20.0) ** -2, color="0.6", linewidth=0.8)
     axes[0].text(70, 6.5e-4, "$N^{-2}$", color="0.4")
-    for ax, mark, label in zip(axes, "abc", ("error of the creep force / μW", "error of the heat / $Q_F$",
+    for ax, mark, label in zip(axes, "abc", ("error of the creep force / $\\mu W$", "error of the heat / $Q_F$",
                                             "applications on the finest grid"), strict=True):
         against_sides(ax, label)
         letter(ax, f"({mark})", right=True)
@@ -169,7 +169,7 @@ def forces(folder: Folder, grid: int) -> Numbers:
         Line2D([], [], color="0.3", marker="o", markersize=2.5, label="(a) sum over the grid; (b) power balance"),
         Line2D([], [], color="0.3", marker="s", markersize=2.5, linewidth=0.7, label="CONTACT (recorded)"),
     ]
-    figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.4, columnspacing=1.3, borderpad=0.2)
+    figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.4, columnspacing=1.2, borderpad=0.1)
     write(figure, folder, "convergence")
     header = ["case", "N", "error of the sum", "error as reported", "its estimate", "Q_F", "power balance", "applications",
               "CPU s", "CONTACT: error"]

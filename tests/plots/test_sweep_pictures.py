@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import pathlib
 import typing
 from collections.abc import Iterator
@@ -69,7 +70,7 @@ def legend(figure: Figure) -> list[str]:
 def test_diagrams_and_legend() -> None:
     figure = drawn(table(), OVER, title="A sweep_of $two")
     assert [axes.get_ylabel().split("$")[0].split(" (")[0].strip() for axes in figure.axes if axes.get_visible()] == [
-        "frictional heat", "contact area ratio", "max. temperature rise", "creep force"]  # fmt: skip
+        "frictional heat", "contact area ratio", "max. rise", "creep force"]  # fmt: skip
     assert legend(figure) == ["lower radius y = 15 mm", "lower radius y = 30 mm", WITHOUT]
     assert figure.axes[-1].get_xlabel() == "rolling speed (m/s)" or figure.axes[3].get_xlabel() == "rolling speed (m/s)"
 
@@ -262,6 +263,7 @@ def test_every_key_with_a_unit_can_be_swept_under_its_unit() -> None:
     assert [name for name in units if not words_of(f"table.{name}").endswith(")")] == []
     assert with_value("load.normal_N", 150e3) == "normal load = 150000 N"
     assert with_value("load.friction_coefficient", 0.25) == "friction coefficient = 0.25"
+    assert with_value("geometry.lower_radius_y_mm", math.inf) == "lower radius y = ∞"
 
 
 @pytest.mark.parametrize("top", [40.0, 300.0, 5000.0, 1e6])

@@ -111,12 +111,18 @@ def test_the_conda_recipe_needs_what_the_package_needs() -> None:
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
-def test_the_index_page_needs_nothing_beside_it() -> None:
-    """An index shows no relative pictures and follows no relative links."""
-    page = (ROOT / PROJECT["readme"]).read_text(encoding="utf-8")
-    assert re.findall(r"\]\((?!https?:)|<img", page) == []
-    opening = page.split("\n\n")[1]
-    assert opening in (ROOT / "README.md").read_text(encoding="utf-8"), "the same first words as the README"
+def test_an_index_can_follow_the_links_of_the_readme(tmp_path: Path) -> None:
+    """It shows no relative pictures and follows no relative links: the workflow of a release makes them absolute."""
+    assert PROJECT["readme"] == "README.md"
+    workflow = (ROOT / ".github" / "workflows" / "release.yml").read_text(encoding="utf-8")
+    (step,) = re.findall(r"run: \|\n((?: {10}.*\n)+)", workflow)
+    shutil.copy(ROOT / "README.md", tmp_path)
+    places = {"GITHUB_SERVER_URL": "https://github.com", "GITHUB_REPOSITORY": "somebody/thermoroll", "GITHUB_REF_NAME": "v1"}
+    subprocess.run(["bash", "-ec", step], cwd=tmp_path, env={**os.environ, **places}, check=True)
+    page = (tmp_path / "README.md").read_text(encoding="utf-8")
+    assert re.findall(r"\]\((?!https://)|<img", page) == []
+    assert re.search(r"!\[[^]]+\]\(https://github.com/somebody/thermoroll/raw/v1/docs/figures/", page)
+    assert "](https://github.com/somebody/thermoroll/blob/v1/docs/tutorial.md)" in page
 
 
 def test_metadata_is_complete() -> None:

@@ -398,6 +398,8 @@ def cell_text(value: Any) -> str:
 def with_value(key: str, value: Any) -> str:
     """A case key with its value: `rolling.speed_m_s` and 5 become "rolling speed = 5 m/s"."""
     words, _, unit = words_of(key).partition(" (")
+    if value == math.inf:
+        return f"{words} = ∞"
     return f"{words} = {cell_text(value)} {unit.removesuffix(')')}".rstrip()
 
 

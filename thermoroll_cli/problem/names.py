@@ -214,7 +214,7 @@ SCALARS = _scalars(
     Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="peak pressure", accurate=True,
            diagram=r"pressure ratio $\gamma_\mathrm{p}$", brief="p_max/p0", without_hertz="maximum pressure / cold one"),
     *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, kind="diffused",
-              accurate=True, diagram=r"max. temperature rise $\Delta T$ (K)"),
+              accurate=True, diagram=r"max. rise $\Delta T$ (K)"),
     *_of_both("temperature_rise_mean_{}_K", "temperature rise, mean over the contact", "temperature",
               kind="diffused mean", brief="mean temperature rise"),
     *_of_both("temperature_rise_centre_{}_K", "temperature rise at the centre of the contact", "temperature",
@@ -429,7 +429,7 @@ WHEELSET_SCALARS = _scalars(
     Scalar("rolling_radius_difference_mm", "rolling radius, right less left", "share", listed=True,
            diagram="rolling radius difference (mm)"),
     Scalar("temperature_rise_max_K", "maximum temperature rise of all patches", listed=True,
-           diagram=r"max. temperature rise $\Delta T$ (K)"),
+           diagram=r"max. rise $\Delta T$ (K)"),
     *(Scalar(of_side(scalar.name, side), f"{scalar.meaning}, {side} wheel",
              listed=scalar.listed or scalar.name in ALSO_LISTED)
       for scalar in TOGETHER.values() if scalar.together is math.fsum for side in _SIDES),
