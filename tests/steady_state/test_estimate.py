@@ -86,10 +86,16 @@ def test_true_errors_stay_below_twice_the_estimate() -> None:
 
 def test_estimates_are_not_inflated() -> None:
     everything = list(pairs())
-    # 9.5, counted as by `scripts.stress.coverage`: smaller true errors are rounding. Forces of contacts with spin have
+    # 7.2, counted as by `scripts.stress.coverage`: smaller true errors are rounding. Forces of contacts with spin have
     # wide estimates on these coarse grids, because a patch that no element sees may stick.
     inexact = [p.estimate / p.true for p in everything if p.true > 2e-6]
-    assert len(inexact) > 0.9 * len(everything) and np.median(inexact) <= 9.6, table(everything)
+    assert len(inexact) > 0.9 * len(everything) and np.median(inexact) <= 7.5, table(everything)
+
+
+def test_no_error_is_many_times_its_estimate() -> None:
+    """Case 47 was 85 times as far off as estimated on 24 elements: hot spots of a slip zone one element wide."""
+    everything = list(pairs())
+    assert not [p for p in everything if p.true > 4.0 * p.estimate and p.true > 2e-6], table(everything)
 
 
 @pytest.mark.parametrize("name", SCALARS)

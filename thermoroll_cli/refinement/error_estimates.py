@@ -148,6 +148,10 @@ def estimates(
             floor = carried * (FLOOR + _left_out(name, derived, plan))
             errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
                                     safety=SAFETY_EXTRAPOLATED if name in EXTRAPOLATED else SAFETY)
+            if scalar.kind == "diffused":
+                # Heat of zones narrower than an element is spread over elements.
+                spread = summary["power_balance_error"] * (rubbed if name in TEMPERATURES else 1.0)
+                errors[name] = max(errors[name], spread)
     if (mean := summary["friction_mean"]) > 0.0:  # nan without friction
         # Elements that wrongly stick or slip have the coefficient at rest in place of the mean, or the reverse.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
