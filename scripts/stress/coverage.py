@@ -38,7 +38,7 @@ DERIVED = ("T_gamma_N", "contact_area_mm2", "pressure_max_MPa", "stick_area_mm2"
 TOGETHER = ("coverage of random contacts", "coverage of contacts")
 FAMILIES: dict[str, Sequence[str]] = {
     "integrals": of_kind("integral", "exchanged heat", "resultant"), "creepages found": of_kind("creepage"),
-    "areas": of_kind("area"), "stick": of_kind("stick"), "maxima": of_kind("peak", "peak flux"),
+    "areas": of_kind("area", "relative area"), "stick": of_kind("stick"), "maxima": of_kind("peak", "peak flux"),
     "pressure, approach": of_kind("pressure", "peak pressure"),
 }
 OTHERS = "temperatures, expansion"

@@ -36,6 +36,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 BORDER, TOLERABLE_LOSS = 4.0, 0.5
 """Elements along x over which a border is fitted, and the loss tangent in the time they take at which half of the fit counts.
 Without: at ten times the compliance and l = a it adds 7 % to the largest pressure on 64 elements (with it 0.3 %)."""
+EDGES = 0.5 ** np.arange(2, 18)
+"""Places behind the leading edge, over the half-length of the contact, where a maximum of the pressure is looked for."""
 FADED = 40.0
 """Lengths of memory after which nothing is left of it."""
 
@@ -282,6 +284,16 @@ class Relaxing:
     def softening(self, length: float) -> float:
         """Compliance of both surfaces together within a `length` (m) along x over the instantaneous one."""
         return self.surface_modulus / Coatings(*self.felt(length)[0]).surface_modulus
+
+    def leading_edge(self, half: float) -> tuple[float, float]:
+        """Place (m behind the leading edge of a contact of length 2 `half`, m) and height, over the pressure in the middle, of
+        the maximum that material not yet relaxed makes there.
+
+        Far behind the edge p ≈ p_m √(2s/a); within s of it the modulus is that of the frequency V/s, in place of V/a."""
+        places = half * EDGES
+        heights = [math.sqrt(2.0 * place / half) * self.softening(half) / self.softening(place) for place in places]
+        highest = int(np.argmax(heights))
+        return float(places[highest]), heights[highest]
 
     def dundurs_beta(self, constant: float, contact_modulus: float) -> float:
         """The largest β (`DerivedQuantities.dundurs_beta`) of any time scale, the bodies relaxed as far as it allows; from the

@@ -17,8 +17,9 @@ Scale = Literal["value", "share", "stick area", "force", "moment", "temperature"
                 "stress below", "place below", "resultant", "vertical", "approach"]  # fmt: skip
 """Scales of the errors and differences of scalars: see `error_scale`."""
 
-Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "first order", "area", "stick", "peak", "peak flux",
-               "peak pressure", "pressure", "diffused", "diffused mean", "worn", "expansion"]  # fmt: skip
+Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "first order", "area", "relative area",
+               "stick", "peak", "peak flux", "peak pressure", "pressure", "diffused", "diffused mean", "worn",
+               "expansion"]  # fmt: skip
 """Kinds of scalars whose errors arise alike (`error_estimates`). `SCALARS` says which scalar is of which kind."""
 
 Condition = bool | Callable[[Problem], bool]
@@ -207,7 +208,7 @@ FIELDS = _fields(
 SCALARS = _scalars(
     Scalar("Q_F_W", "total frictional heat", listed=True, kind="integral", accurate=True, brief="frictional heat",
            diagram="frictional heat $Q_F$ (W)"),
-    Scalar("gamma_c", "contact area / Hertz area", listed=True, kind="area", accurate=True, brief="area/Hertz area",
+    Scalar("gamma_c", "contact area / Hertz area", listed=True, kind="relative area", accurate=True, brief="area/Hertz area",
            diagram=r"contact area ratio $\gamma_\mathrm{c}$", without_hertz="contact area / cold area"),
     Scalar("gamma_st", "stick area / contact area", "share", listed=True, kind="stick", accurate=True, brief="stick/contact",
            diagram=r"stick area ratio $\gamma_\mathrm{st}$"),

@@ -11,12 +11,25 @@ from thermoroll_cli.heat.frictional_heat import account
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import failures
-from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, estimates, missed_accuracy, reported
+from thermoroll_cli.refinement.error_estimates import (
+    EXTRAPOLATED,
+    Levels,
+    estimates,
+    missed_accuracy,
+    reported,
+    unresolved_edge,
+)
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.plan import Plan, first_of_both
 from thermoroll_cli.refinement.scalars import patches_of, problem_scalars
 from thermoroll_cli.refinement.sharp_places import sharp_places
-from thermoroll_cli.refinement.warnings import feedback_warning, inner_heat_warning, unresolved_coatings, warnings_after
+from thermoroll_cli.refinement.warnings import (
+    edge_warning,
+    feedback_warning,
+    inner_heat_warning,
+    unresolved_coatings,
+    warnings_after,
+)
 
 
 def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: bool = True) -> Result:
@@ -31,6 +44,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     errors = estimates(by_level, derived, last.elements_across, plan, {*sharp.unbounded, *sharp.unresolved})
     reasons = failures(isothermal, None if hot is cold else last)
     warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp.warnings]
+    warnings += edge_warning(derived, last.here.grid, unresolved_edge(derived, last.elements_across, by_level[-1]))
     heat = last.here.heat(last.contact) if plan.runs("heat") else None
     if heat is not None:
         fields = last.reported.fields

@@ -135,6 +135,22 @@ def _resolving(grid: Grid, thickness: float) -> str:
     return f"numerics.grid = {nx}" if nx == ny else f"numerics.grid = [{nx}, {ny}]"
 
 
+SHARP_EDGE, ELEMENTS_TO_EDGE = 0.05, 4.0
+"""Error of the largest pressure by an edge that is not resolved from which it is worth a warning; elements that resolve it."""
+
+
+def edge_warning(derived: DerivedQuantities, grid: Grid, error: float) -> Iterator[str]:
+    """Whether material that has not relaxed yet makes a maximum at the leading edge that the grid does not resolve; `error` is
+    that of the largest pressure."""
+    if derived.relaxing is None or error < SHARP_EDGE:
+        return
+    place, _ = derived.relaxing.leading_edge(derived.scales.semi_axis_x)
+    wanted = math.ceil(ELEMENTS_TO_EDGE * grid.dx / place * grid.nx)
+    yield (f"the pressure has a maximum about {place * 1e6:.2g} µm behind the leading edge, {place / grid.dx:.2g} elements, "
+           f"where the bodies have not relaxed yet: the largest pressure and traction may be {100.0 * error:.0f} % off; "
+           f"numerics.grid = [{wanted}, {grid.ny}] would resolve it")
+
+
 def _half_space_warnings(derived: DerivedQuantities) -> Iterator[str]:
     scales, geometry = derived.scales, derived.problem.geometry
     widths = {"x": (scales.semi_axis_x, geometry.lower_radius_x, geometry.upper_radius_x)}
