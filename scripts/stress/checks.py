@@ -161,7 +161,9 @@ def _broken(result: Result, state: State) -> list[str]:
     hold("pressure < 0", float(-pressure.min()), 0.0)
     hold("gap < 0", float(-fields["gap"].min()) / DerivedQuantities(problem).scales.approach, GAP)
     carried = pressure * np.cos(problem.geometry.inclination(grid.y))
-    hold("load", abs(float(carried.sum()) * grid.element_area / problem.normal_force - 1.0), LOAD)
+    # At a given approach each state has its own load.
+    load = problem.normal_force if problem.approach is None else scalars["normal_N"]
+    hold("load", abs(float(carried.sum()) * grid.element_area / load - 1.0), LOAD)
     bound = friction * pressure
     excess = np.maximum(shear - bound, 0.0)
     hold("Coulomb", float(np.linalg.norm(excess)), COULOMB * float(np.linalg.norm(bound)))

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from scripts.stress.populations import POPULATIONS
 from tests.support.profiles import CROWN, GEOMETRIES, below
 from tests.support.scenes import article_4_1, elastic, rolling
 from thermoroll_cli import Case, CaseError
@@ -130,6 +131,13 @@ def test_an_approach_with_stationary_heat_is_refused():
     with pytest.raises(CaseError, match=r"(?s)approach_um.*any constant.*normal_N"):
         Case.parse(STATIONARY)
     assert Case.parse(STATIONARY + "deformation = false\n").problem.approach == pytest.approx(3e-6)
+
+
+def test_heat_that_parts_the_bodies_is_no_fault():
+    """A random contact whose heat lifts one body off the other on the way to a steady state."""
+    drawn = POPULATIONS["given approaches"].draw(660033)
+    result = solve(drawn.problem)
+    assert not result.converged and "no steady state was found" in result.reason
 
 
 STATIONARY = """

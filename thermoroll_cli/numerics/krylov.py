@@ -76,8 +76,7 @@ def gmres(
             break
         np.divide(w, length, out=basis[k])
     if k == 0:
-        zero = np.zeros_like(right_hand_side)
-        return KrylovSolution(zero, zero.copy(), 0, 1.0)
+        return KrylovSolution(np.zeros_like(right_hand_side), np.zeros_like(images[0]), 0, 1.0)
     y = [float(v) for v in np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm)]
     return KrylovSolution(_combination(y, steps[:k]), _combination(y, images[:k]), k, float(abs(residuals[k])))
 

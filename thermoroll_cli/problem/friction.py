@@ -83,6 +83,15 @@ class FrictionLaw:
         """The largest factor at any slip speed."""
         return float(self.factor(self._samples)[0].max())
 
+    def slip_of(self, factor: float) -> float:
+        """The lowest slip speed in m/s at which the law rises to `factor`; 0 if it does not."""
+        speeds = self._samples[np.isfinite(self._samples)]
+        factors = self.factor(speeds)[0]
+        if (reached := int(np.argmax(factors >= factor))) == 0:
+            return 0.0
+        around = slice(reached - 1, reached + 1)
+        return float(np.interp(factor, factors[around], speeds[around]))
+
     @property
     def steepest(self) -> float:
         """The steepest fall, the largest −df/ds at any slip speed, in s/m; 0 if the law falls nowhere."""

@@ -7,6 +7,7 @@ discretised, so f(y), g(y) of the article's Eq. 12 are not needed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -167,11 +168,16 @@ class RollingSolver:
         return best
 
     def _full_stick(self, problem: TangentialProblem) -> Start:
-        """Tractions of full stick without a bound, which is a linear problem."""
-        unbounded = replace(problem, traction_bound=problem.traction_bound * FULL_STICK_BOUND)
+        """Tractions of full stick without a bound, which is a linear problem. Friction that begins at zero needs creepages:
+        below a threshold of slip no force answers to them."""
+        unbounded = replace(problem, traction_bound=problem.traction_bound * FULL_STICK_BOUND, slip_friction=None)
         newton = Newton(unbounded, self.gradient, self._inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
-        creep = newton.creepage(state.unknown)
+        creep, friction = newton.creepage(state.unknown), problem.slip_friction
+        if friction is not None and friction.law.at_rest == 0.0 and creep.any():
+            wanted = math.hypot(*(force or 0.0 for force in problem.force)) / problem.element_area
+            slip = friction.law.slip_of(wanted / float(problem.traction_bound.sum())) / friction.speed
+            creep *= max(1.0, slip / float(np.hypot(*creep)))
         return state.traction, (float(creep[0]), float(creep[1]))
 
 

@@ -125,8 +125,9 @@ class PressureSolver:
 
     def without_approach(self, field: Array, covered: Array | Mask) -> tuple[Array, float]:
         """`field` (m) less its mean over the `covered` parts of elements, as an approach would take it out, and that
-        approach."""
-        approach = float((field * covered).sum() / (self.cosine * covered).sum())
+        approach; 0 where heat has parted the bodies."""
+        area = float((self.cosine * covered).sum())
+        approach = float((field * covered).sum()) / area if area > 0.0 else 0.0
         return field - approach * self.cosine, approach
 
     @property
