@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 SMALLER = (
     (r"(=[\d.]+:[\d.]+):\d+", r"\1:2"),  # two values of each key
     (r" --jobs \d+", ""),
-    (r"(table(?: build)? -o \S+)", r"\1 --aspect 0.8,1.25 --accuracy 1e-2 --nodes 6,5,7 --checks 2"),
+    (r"(table(?: build)? -o \S+)", r"\1 --aspect 0.8,1.25 --accuracy 1e-2 --nodes 5,5,5 --checks 2"),
     (r"for v in 50 100 200", "for v in 50"),
     (r"numerics.grid=\d+", "numerics.grid=16"),
     (r"((?:wear|run) (?:disc|cases/twin_disc_wear)\.toml)", r"\1 --set numerics.grid=16 --set wear.depth_um=1"),

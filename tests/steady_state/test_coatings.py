@@ -47,9 +47,11 @@ def of_radius(problem: Problem, radius: float, elements: int) -> Problem:
     """`problem` under the load that makes its contact as large as a circle of `radius`."""
     for _ in range(12):
         pressure = Discretisation(DerivedQuantities(problem), (elements, elements), 2.2)
-        area = float(pressure.isothermal_pressure.covered.sum()) * pressure.grid.element_area
-        problem = replace(problem, normal_force=problem.normal_force * (math.pi * radius**2 / area) ** 1.3)
-    return problem
+        larger = math.pi * radius**2 / (float(pressure.isothermal_pressure.covered.sum()) * pressure.grid.element_area)
+        if abs(larger - 1.0) < 1e-4:
+            return problem
+        problem = replace(problem, normal_force=problem.normal_force * larger**1.3)
+    raise AssertionError(f"the contact is {larger:g} times as large as asked for")
 
 
 @pytest.mark.parametrize("row", INDENTATION, ids=lambda row: f"{row['E_layer_over_E_substrate']}-{row['a_over_h']}")
@@ -124,11 +126,11 @@ def test_all_creep_coefficients_of_ellipses(row: dict) -> None:
 
 
 def test_creep_coefficients_converge_at_second_order() -> None:
-    coarse, middle, fine = (creep_coefficients(ROLLING[2], n) for n in (32, 64, 128))
+    coarse, fine = (creep_coefficients(ROLLING[2], n) for n in (32, 64))
     for name in ("c11", "c22", "c33"):
-        errors = [found[name] / ROLLING[2][name] - 1.0 for found in (coarse, middle, fine)]
-        assert math.log2(errors[0] / errors[2]) / 2.0 > 1.8, name
-        assert (4.0 * fine[name] - middle[name]) / 3.0 == pytest.approx(ROLLING[2][name], rel=1e-3)
+        errors = [found[name] / ROLLING[2][name] - 1.0 for found in (coarse, fine)]
+        assert math.log2(errors[0] / errors[1]) > 1.8, name
+        assert (4.0 * fine[name] - coarse[name]) / 3.0 == pytest.approx(ROLLING[2][name], rel=1e-3)
 
 
 @pytest.mark.parametrize("row", reference("layered_rolling")["line"], ids=lambda row: str(row["substrate"]["youngs_modulus"]))

@@ -13,14 +13,14 @@ import subprocess
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, call, environment, on_terminal
+from tests.support.tasks import DeadlyTask, SlowDiskTask
 from thermoroll_cli import atomic
 from thermoroll_cli.atomic import WriteError
 from thermoroll_cli.files.result.hdf5 import read_result
@@ -115,36 +115,6 @@ def test_a_bad_start_is_no_reason_to_fail(case: Path, folder: Path, monkeypatch:
     assert calls == {"cold": 3, "warm": 2}
 
 
-@dataclass(frozen=True)
-class DeadlyTask:
-    """Items of which one kills the process that works at it."""
-
-    keys: tuple[str, ...]
-    folder: str
-
-    @property
-    def key(self) -> str:
-        return self.keys[0]
-
-    def items(self) -> Iterator[tuple[dict[str, Any], bytes]]:
-        for key in self.keys:
-            if key == "deadly":
-                with open(os.path.join(self.folder, "deaths"), "a") as stream:
-                    stream.write("x")
-                os._exit(9)
-            yield {"key": key, "reason": ""}, b""
-
-    def without(self, done: Callable[[str], bool]) -> DeadlyTask | None:
-        left = tuple(key for key in self.keys if not done(key))
-        return replace(self, keys=left) if left else None
-
-    def parts(self) -> list[DeadlyTask]:
-        return [replace(self, keys=(key,)) for key in self.keys]
-
-    def given_up(self, reason: str) -> dict[str, Any]:
-        return {"key": self.keys[0], "reason": reason}
-
-
 def test_an_item_that_kills_its_processes_is_given_up(folder: Path) -> None:
     tasks = [DeadlyTask(("a", "deadly", "b"), str(folder)), *(DeadlyTask((f"c{n}", f"d{n}"), str(folder)) for n in range(3))]
     notes: list[str] = []
@@ -168,16 +138,6 @@ def test_a_process_that_dies_while_it_has_nothing_to_do_is_replaced(folder: Path
         while any("ExecutorManager" in type(thread).__name__ for thread in threading.enumerate()):
             time.sleep(0.005)  # until its end has been noticed
         assert sorted([first, *found]) == ["a", "b"]
-
-
-class SlowDiskTask(DeadlyTask):
-    """Items with files that take long to write."""
-
-    def items(self) -> Iterator[tuple[dict[str, Any], bytes]]:
-        os.fsync = lambda file: time.sleep(0.5)
-        for key in self.keys:
-            yield {"key": key, "file": f"{key}.bin"}, b"content"
-            time.sleep(0.5)  # it works at the next one
 
 
 def test_a_process_that_is_stopped_finishes_the_file_that_it_writes(folder: Path) -> None:

@@ -38,7 +38,7 @@ def tables(left, right, radii=(460.0, 460.0), rail=None, **wheelset):
 
 A, B = points("RUIC519A.dat"), points("RUIC519B.dat")
 NORM = {"E1": (A, A), "E2": (B, B), "E5": (A, A, (460.0, 459.0)), "E9": (B, A)}
-SOME = np.arange(1.0, 7.6, 0.5).tolist()
+SOME = [1.0, 2.5, 4.0]
 
 
 @cache
@@ -101,9 +101,9 @@ def test_other_samplings_and_a_mirrored_outline_change_little():
     mirrored = tables(B, B)
     for side in ("left", "right"):
         mirrored["wheelset"][side]["wheel_profile"] = {"points_mm": [[-y, z] for y, z in B], "mirror": True}
-    np.testing.assert_array_equal(conicity(mirrored, SOME).conicity, found.conicity[at])
+    np.testing.assert_allclose(conicity(mirrored, SOME).conicity, found.conicity[at], rtol=1e-9)
     moved = tables(B, B, lateral_shift_mm=4.0, yaw_mrad=5.0, roll_mrad=3.0)
-    np.testing.assert_array_equal(conicity(moved, SOME).conicity, found.conicity[at])
+    np.testing.assert_allclose(conicity(moved, SOME).conicity, found.conicity[at], rtol=1e-9)
 
 
 def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():

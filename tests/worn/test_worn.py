@@ -128,12 +128,12 @@ def test_a_crown_worn_far_beyond_the_approach_is_rigid() -> None:
 def test_steps_converge_at_first_order() -> None:
     def passes(fraction: float) -> float:
         wear = replace(TWIN_DISC.wear, step_fraction=fraction, depth=2e-6)
-        problem = replace(TWIN_DISC, numerics=Numerics(grid=(24, 24)), wear=wear)
+        problem = replace(TWIN_DISC, numerics=Numerics(grid=(16, 16)), wear=wear)
         return list(evolution(problem))[-1].distance
 
-    fine = passes(0.0025)
-    errors = [abs(passes(fraction) - fine) for fraction in (0.04, 0.01)]
-    assert math.log(errors[0] / errors[1]) / math.log(4.0) > 0.7
+    fine = passes(0.005)
+    errors = [abs(passes(fraction) - fine) for fraction in (0.08, 0.02)]
+    assert math.log(errors[0] / errors[1]) / math.log(4.0) > 0.9
 
 
 def test_grids_converge() -> None:
@@ -176,7 +176,7 @@ def ball_on_ball(side: int) -> list[ContactState]:
     return list(evolution(problem))
 
 
-@pytest.mark.parametrize("side", [32, 64])
+@pytest.mark.parametrize("side", [16, 32])
 def test_the_largest_pressure_of_a_worn_contact_is_that_of_its_middle(side: int) -> None:
     """No ridges at the border of the worn strip on any grid; 3 % for a step or two after the contact has reached a row."""
     ratios = []
@@ -188,13 +188,13 @@ def test_the_largest_pressure_of_a_worn_contact_is_that_of_its_middle(side: int)
 
 
 def test_errors_cover_finer_steps_and_grids() -> None:
-    """The state after a distance, against one of more rows and twenty times as many steps."""
+    """The state after a distance, against one of more rows and ten times as many steps."""
     def at_end(side: int, fraction: float) -> ContactState:
         wear = Wear(upper=WornBody(RATE, 1.0), distance=100.0, step_fraction=fraction)
         *_, last = evolution(replace(TWIN_DISC, numerics=Numerics(grid=(side, side)), wear=wear))
         return last
 
-    coarse, fine = at_end(16, 0.1), at_end(32, 0.005)
+    coarse, fine = at_end(16, 0.1), at_end(32, 0.01)
     depth_error, area_error = coarse.errors("upper")
     assert abs(coarse.deepest - fine.deepest) < depth_error < 0.1 * fine.deepest
     assert abs(coarse.worn_area("upper") - fine.worn_area("upper")) <= area_error < 1e-3 * fine.worn_area("upper")
