@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call, environment, thermoroll
-from thermoroll_cli.cli.cases import TEMPLATES
+from thermoroll_cli.cli.cases import EXAMPLES, TEMPLATES
 from thermoroll_cli.files.case import Case, Override
 from thermoroll_cli.problem.geometry import Geometry
 
@@ -85,6 +85,20 @@ def test_init_writes_a_valid_case(template: str, tmp_path: Path) -> None:
     assert "my case.toml" in done.stderr
     assert (tmp_path / "my case.toml").read_text().startswith("#")
     assert call("validate", tmp_path / "my case.toml").returncode == 0
+
+
+def test_init_writes_the_cases_of_the_documents_with_their_files(tmp_path: Path) -> None:
+    done = call("init", "--example", "manchester", cwd=tmp_path)
+    assert done.returncode == 0 and "cases/manchester.toml" in done.stderr
+    assert {path.name for path in (tmp_path / "cases").iterdir()} == {
+        "manchester.toml", "MBench_S1002_v3.prw", "MBench_UIC60_v3.prr"}
+    assert call("validate", "cases/manchester.toml", cwd=tmp_path).returncode == 0
+    assert call("init", "--example", "manchester", cwd=tmp_path).returncode == 5
+    assert call("init", "mine.toml", "--example", "wheel_rail", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "mine.toml").read_text() == (EXAMPLES / "wheel_rail.toml").read_text()
+    assert call("init", "-", "--example", "table1").stdout == (EXAMPLES / "table1.toml").read_text()
+    unknown = call("init", "--example", "nothing", cwd=tmp_path)
+    assert unknown.returncode == 2 and "manchester" in unknown.stderr
 
 
 @pytest.mark.parametrize("template", [name for name in TEMPLATES if name not in (*MECHANICAL_TEMPLATES, "wheelset")])

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tarfile
 import tomllib
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -133,7 +134,8 @@ def test_metadata_is_complete() -> None:
 
 
 def test_the_source_distribution_has_everything(tmp_path: Path) -> None:
-    """All that is under version control: documents, cases, tests with their data, scripts. Built without a network."""
+    """All that is under version control: documents, cases, tests with their data, scripts; and a wheel the cases of the
+    documents. Built without a network."""
     if not (ROOT / ".git").exists() or shutil.which("git") is None:
         pytest.skip("no version control here that tells what belongs to it")
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True)
@@ -146,10 +148,16 @@ def test_the_source_distribution_has_everything(tmp_path: Path) -> None:
     for name in tracked:
         (source / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, source / name)
-    program = "import sys; from setuptools import build_meta; build_meta.build_sdist(sys.argv[1])"
-    subprocess.run([sys.executable, "-c", program, str(tmp_path)], cwd=source, check=True, capture_output=True)
+    for kind in ("sdist", "wheel"):
+        program = f"import sys; from setuptools import build_meta; build_meta.build_{kind}(sys.argv[1])"
+        subprocess.run([sys.executable, "-c", program, str(tmp_path)], cwd=source, check=True, capture_output=True)
     (archive,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(archive) as packed:
         names = {name.partition("/")[2] for name in packed.getnames()}
     assert tracked - names == set()
     assert {"docs/tutorial.md", "cases/wheel_rail.toml", "tests/reference/README.md", "thermoroll_cli/py.typed"} <= names
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as packed:
+        packages = {name for name in tracked if name.startswith("thermoroll_cli/")}
+        cases = {f"thermoroll_cli/{name}" for name in tracked if name.startswith("cases/")}
+        assert packages | cases == {name for name in packed.namelist() if name.startswith("thermoroll_cli/")}

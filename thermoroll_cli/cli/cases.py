@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.resources
 import json
+import re
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+import thermoroll_cli
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.files.case import CaseError
@@ -36,6 +37,9 @@ _FIRST = next(iter(Template))
 _OFFERED = "\n".join((f"\b\nThe case to start from; {_FIRST} if not given:",
                       *(f"{name}: {about}" for name, about in TEMPLATES.items())))
 """Lines that are not to be broken."""
+_PACKAGE = Path(thermoroll_cli.__file__).parent
+EXAMPLES = next((folder for folder in (_PACKAGE / "cases", _PACKAGE.parent / "cases") if folder.is_dir()), _PACKAGE)
+"""The cases of the documents: in the package where it was installed, beside it in a checkout."""
 
 
 def validate(
@@ -75,31 +79,50 @@ def validate(
 
 
 def init(
-    file: Annotated[Path, typer.Argument(metavar="[FILE]", help="Case file to write; - is standard output.")] = Path(
-        "case.toml"
-    ),
+    file: Annotated[Path | None, typer.Argument(
+        metavar="[FILE]", show_default=False,
+        help="Case file to write, by default case.toml, of an example cases/NAME.toml; - is standard output.")] = None,
     template: Annotated[Template, typer.Option("--template", metavar="NAME", help=_OFFERED, show_default=False)] = _FIRST,
+    example: Annotated[str, typer.Option(
+        "--example", metavar="NAME", show_default=False,
+        help="A case of the documents, cases/NAME.toml, with the files that it reads.")] = "",
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
-    text = template_text(template.value)
+    text = example_text(example) if example else template_text(template.value)
+    file = file or Path(f"cases/{example}.toml" if example else "case.toml")
     if str(file) == "-":
         streams.write(text.rstrip("\n"))
         return
     if file.is_dir():
         raise IsADirectoryError(f"{file} is a folder; give the name of the case file, such as {file / 'case.toml'}")
-    if file.exists() and not force:
-        raise FileExistsError(f"{file} exists; --force overwrites it")
-    write_bytes(file, text.encode())
+    contents = {file: text.encode()}
+    if example:
+        named = sorted({*re.findall(r'"([\w.-]+)"', text)} & {path.name for path in EXAMPLES.iterdir()})
+        contents |= {file.parent / name: (EXAMPLES / name).read_bytes() for name in named}
+        if file.parent == Path("cases"):
+            file.parent.mkdir(exist_ok=True)
+    if there := next((path for path in contents if path.exists() and not force), None):
+        raise FileExistsError(f"{there} exists; --force overwrites it")
+    for path, content in contents.items():
+        write_bytes(path, content)
     if not quiet:
-        streams.note(f"wrote {file}; try: thermoroll run {file}")
+        streams.note(f"wrote {', '.join(map(str, contents))}; try: thermoroll run {file}")
 
 
 def template_text(name: str) -> str:
     """The template `name` as the text of a case file."""
-    return (importlib.resources.files("thermoroll_cli.files") / "templates" / f"{name}.toml").read_text(encoding="utf-8")
+    return (_PACKAGE / "files" / "templates" / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def example_text(name: str) -> str:
+    """The case `name` of the documents. Raises typer.BadParameter for a name that none of them has."""
+    names = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+    if name not in names:
+        raise typer.BadParameter(f"no case is called {name}; there are {', '.join(names)}", param_hint="--example")
+    return (EXAMPLES / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def schema() -> None:

@@ -106,9 +106,10 @@ def _animated(path: Path, stem: Path, table: SweepColumns, key: str) -> Path:
         raise ValueError(f"an animation follows one key, but {', '.join(others)} varies, too")
     shown = [row for row, status in enumerate(columns["status"]) if status == "converged"]
     files = [path.with_name(str(columns["file"][row])) for row in shown if "file" in columns and columns["file"][row]]
-    if len(shown) < 2 or len(files) < len(shown):
-        raise ValueError("an animation needs two points that converged and their result files, beside sweep.csv "
-                         "(not with --scalars-only)")
+    if len(shown) < 2:
+        raise ValueError("an animation needs two points that converged")
+    if len(files) < len(shown):
+        raise ValueError("its points have no result files to draw: run the sweep again without --scalars-only")
     return draw_animation(stem.with_suffix(".gif"), [read_result(file) for file in files], key,
                           [columns[key][row] for row in shown])
 
