@@ -10,7 +10,6 @@ from typing import Annotated
 
 import typer
 
-import thermoroll_cli
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.files.case import CaseError
@@ -37,7 +36,7 @@ _FIRST = next(iter(Template))
 _OFFERED = "\n".join((f"\b\nThe case to start from; {_FIRST} if not given:",
                       *(f"{name}: {about}" for name, about in TEMPLATES.items())))
 """Lines that are not to be broken."""
-_PACKAGE = Path(thermoroll_cli.__file__).parent
+_PACKAGE = Path(__file__).parents[1]
 EXAMPLES = next((folder for folder in (_PACKAGE / "cases", _PACKAGE.parent / "cases") if folder.is_dir()), _PACKAGE)
 """The cases of the documents: in the package where it was installed, beside it in a checkout."""
 
