@@ -17,11 +17,11 @@ from thermoroll_cli import Case, CaseError, solve
 CONTACT_EXAMPLE = [[-20.0, 0.2], [-10.0, 0.3]]
 
 
-def right_wheel(friction, patches="curved", grid=24, side="right", **more):
-    """The right wheel of the Manchester benchmark at 5.5 mm with 10 kN, or its mirror image."""
-    given, sign = case_named("A2.2 right y=5.5")["input"], 1.0 if side == "right" else -1.0
+def right_wheel(friction, patches="curved", grid=24, side="right", name="A2.2 right y=5.5", **more):
+    """The right wheel of the Manchester benchmark at 5.5 mm with 10 kN, or another one, or its mirror image."""
+    given, sign = case_named(name)["input"], 1.0 if side == "right" else -1.0
     settings = {
-        "wheelset.wheels": side, "wheelset.vertical_N": 1e4, "wheelset.lateral_shift_mm": 5.5 * sign,
+        "wheelset.wheels": side, "wheelset.vertical_N": 1e4, "wheelset.lateral_shift_mm": given["y"] * sign,
         "wheelset.patches": patches, "wheelset.yaw_mrad": 1e3 * sign * given["yaw"],
         "wheelset.roll_mrad": 1e3 * sign * given["roll"], "wheelset.angular_velocity_rad_s": -given["omega"],
         "thermal.heat": False, "numerics.grid": grid,
@@ -47,6 +47,17 @@ def test_forces_with_a_lubricated_flange_are_those_of_contact(patches, theirs, w
     assert local.min() == pytest.approx(0.2, abs=1e-3) and 0.21 < local.max() < 0.3
     assert len(result.plot("friction").axes) == 2
     assert patch["friction_limit_N"] == pytest.approx(patch["friction_mean"] * patch.problem.normal_force, rel=0.01)
+
+
+@pytest.mark.parametrize(("patches", "theirs", "within"), [("planar", (-630.1, 468.6), 2.0),
+                                                           ("curved", (-657.6, 562.9), 5.0)])  # fmt: skip
+def test_forces_of_tread_and_flange_are_those_of_contact(patches, theirs, within):
+    """Two patches 10 mm apart share the load, one on the dry tread, one on the flange's root. CONTACT keeps them apart only if
+    its D_SEP and D_COMB are smaller than 10 mm, here 0.3 and 0.2 mm. With 6 and 3 mm, as in its example, it turns the tread's
+    patch from 7.6 to 14.2 degrees on the way to one patch: (−637.4, 646.3) N. Its conformal patch (0.1 mm) holds both."""
+    result = right_wheel({"over_angle": CONTACT_EXAMPLE}, patches, grid=32, name="A2.2 right y=5.0 apart")
+    assert [patch["friction_mean"] for patch in result.patches] == pytest.approx([0.2289, 0.3], abs=2e-4)
+    np.testing.assert_allclose(forces(result), theirs, atol=within)
 
 
 def test_constant_points_change_nothing_and_a_mirrored_wheelset_mirrors():

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.support.wheelsets import case_named, contact_cases, facing_beside, outline_points, side_of
+from tests.support.wheelsets import ROOT, case_named, contact_cases, facing_beside, outline_points, side_of
+from thermoroll_cli import Case
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.curves import ProfileCurve
+from thermoroll_cli.wheelset.first_contact import wheelset_warnings
 from thermoroll_cli.wheelset.kinematics import Slip, creepages, directions
 from thermoroll_cli.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.wheelset.placement import Position, WheelSide, locus
@@ -108,3 +110,21 @@ def test_a_wheel_beside_the_rail_is_said_to_miss_it():
     facing, _ = facing_beside(case_named("A2.2 right y=8.0"))
     with pytest.raises(Unsolvable, match=r"the wheel lies between the rails: it misses its rail by 56\.8 mm"):
         _ = Facing(facing.rail, facing.wheel, Position(-0.15)).gap
+
+
+def test_a_hollow_tread_is_said_to_be_hollow():
+    points = [[y, z - 1.5 * max(0.0, 1.0 - (y / 20.0) ** 2)] for y, z in 1e3 * np.array(outline_points("MBench_S1002_v3.prw"))]
+    case = Case.read(ROOT / "cases" / "manchester.toml")
+    assert not any("hollow" in warning for warning in wheelset_warnings(case.task))
+    worn = case.with_values({"wheelset.right.wheel_profile": {"points_mm": points}, "wheelset.right.nominal_radius_mm": 460.0})
+    (found,) = [warning for warning in wheelset_warnings(worn.task) if "hollow" in warning]
+    assert "the right wheel is hollow: its field side is 1.24 mm higher at y = 20.26 mm" in found, found
+
+
+def test_tables_of_a_wheel_that_is_not_solved_are_said_to_have_no_effect():
+    values = {"wheelset.left.nominal_radius_mm": 459.0, "track.left.shift_y_mm": 1.0, "track.right.shift_y_mm": 1.0}
+    case = Case.read(ROOT / "cases" / "manchester.toml").with_values(values)
+    assert not any("no effect" in warning for warning in wheelset_warnings(case.task))
+    alone = case.with_values({"wheelset.wheels": "right"})
+    found = [warning for warning in wheelset_warnings(alone.task) if "effect" in warning]
+    assert found == [f"[{table}.left] has no effect: the right wheel alone is solved" for table in ("wheelset", "track")]

@@ -324,9 +324,10 @@ def test_tables_and_maps_of_patches_are_those_of_single_contacts(tmp_path):
 
 
 @pytest.mark.parametrize(("settings", "code", "words"), [
-    (("vertical_N=2e7",), 4, ("N at most, not 2e+07 N",)),
+    (("vertical_N=2e7",), 4, ("N at most, not vertical_N = 2e+07 N",)),
     # Friction on the flange lifts the rail: Y/Q has no bound, and the load cannot be reached.
-    (("wheels='right'", "lateral_shift_mm=8.0", "yaw_mrad=-20.0"), 4, ("N at most, not 2e+04 N", "Nadal's limit 0.7", "Q = -")),
+    (("wheels='right'", "lateral_shift_mm=8.0", "yaw_mrad=-20.0"), 4,
+     ("vertical_N = 2e+04 N", "Nadal's limit Y/Q = 0.7", "Q = -")),
     (("traction_N=2e4",), 4, ("friction carries", "not traction_N = 2e+04 N")),
     (("wheels='right'", "height_mm=-3.0"), 0, ("no wheel touches its rail: ",)),
     (("wheels='right'", "height_mm=3.0"), 3, ("wheelset.height_mm", "overlaps its rail by ", "elastic contacts by 1 mm")),
@@ -342,6 +343,18 @@ def test_what_a_wheelset_cannot_reach_is_said(tmp_path, settings, code, words):
                *(part for setting in settings for part in ("--set", f"wheelset.{setting}")))  # fmt: skip
     assert run.returncode == code, run.stderr
     assert all(word in run.stderr for word in words), run.stderr
+
+
+@pytest.mark.parametrize("grid", [12, 24])
+def test_nadal_s_limit_has_the_coefficient_of_the_slip_that_was_found(grid):
+    """A rising law is far from its largest coefficient, 0.9, at 60 mm/s."""
+    law = {"friction.law": "table", "friction.table": [[0.0, 0.1], [0.1, 0.6], [10.0, 0.9]]}
+    case = Case.parse(TEXT).with_values(law | {
+        "load.friction_coefficient": 0.1, "numerics.grid": grid, "wheelset.wheels": "right", "wheelset.lateral_shift_mm": 8.0,
+        "wheelset.yaw_mrad": -20.0})  # fmt: skip
+    result = solve(case)
+    assert not result.converged
+    assert "Nadal's limit Y/Q = 0.807 with the coefficient of friction 0.559" in result.reason, result.reason
 
 
 def test_a_wheelset_without_friction_rolls_freely():

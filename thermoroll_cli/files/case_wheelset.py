@@ -144,6 +144,8 @@ def wheelset_of(
         traction=wheelset.traction_N,
         curved=wheelset.patches == "curved",
         contact_distance=wheelset.si("contact_distance_mm"),
+        without_effect=tuple(f"{name}.{side}" for name, table in (("wheelset", wheelset), ("track", track)) for side in SIDES
+                             if side not in names and getattr(table, side) is not None),
     )  # fmt: skip
 
 

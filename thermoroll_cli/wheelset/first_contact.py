@@ -11,13 +11,15 @@ import numpy as np
 from thermoroll_cli.problem.geometry import Unsolvable, rough_warning
 from thermoroll_cli.wheelset.curves import curve
 from thermoroll_cli.wheelset.one_wheel import DEEPEST
-from thermoroll_cli.wheelset.placement import Position
+from thermoroll_cli.wheelset.placement import Position, WheelSide
 from thermoroll_cli.wheelset.search import Facing
 from thermoroll_cli.wheelset.standing import level
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem, sign_of
 
 KINK_ROOM = 3e-3
 """A corner this near to the first contact (m) may lie in the loaded one."""
+HOLLOW = 0.5e-3
+"""Rise of the radius towards the field side (m) from which on a tread is hollow: worn treads of common use have less."""
 ROUGH_REACH = 5e-3
 """Distance from first contact (m) within which a profile is looked at."""
 
@@ -83,13 +85,30 @@ def flange_clearance(facing: Facing) -> float:
     return face - float(flange.max()) - facing.position.y if len(flange) else math.nan
 
 
+def hollow_of(wheel: WheelSide) -> tuple[float, float]:
+    """By how much (m) the radius rises again from the flange to the field side, and the profile's y of the highest place there
+    (m)."""
+    y, z = curve(wheel.profile).samples[:2]
+    if y[-1] < y[0]:
+        y, z = y[::-1], z[::-1]
+    tread = slice(int(np.argmax(z)), None)
+    rise = z[tread] - np.minimum.accumulate(z[tread])
+    return float(rise.max()), float(y[tread][int(np.argmax(rise))])
+
+
 def wheelset_warnings(problem: WheelsetProblem) -> Iterator[str]:
     """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail."""
+    for table in problem.without_effect:
+        yield f"[{table}] has no effect: the {problem.sides[0]} wheel alone is solved"
     facings = touching(problem)
     clearance = min(facing.position.z for facing in facings.values()) - problem.position.z
     if problem.vertical is None and clearance >= 0.0:
         yield f"no wheel touches its rail: {1e3 * clearance:.4g} mm are left"
     for side, facing in facings.items():
+        hollow, y = hollow_of(facing.wheel)
+        if hollow > HOLLOW:
+            yield (f"the tread of the {side} wheel is hollow: its field side is {1e3 * hollow:.3g} mm higher at y = "
+                   f"{1e3 * y:.4g} mm, so that contacts jump between flange and field side")
         k = int(np.argmin(facing.gap))
         for what, profile, outline in (("rail", facing.rail.profile, facing.outlines[0]),
                                        ("wheel", facing.wheel.profile, facing.outlines[1])):

@@ -32,9 +32,9 @@ DRIVE_SLOPE = 100.0
 FALLING = 0.5
 """Share of the last change of the ratios from which on only half of a change is made: a flange that carries by friction answers
 its load with more than the change."""
-ANOTHER = 1e-3
-"""Change of the ratios of forces from which on the next standing is another one, for which no angular velocity is known to be
-too large or too small."""
+ANOTHER, OF_UNBALANCED = 1e-3, 0.1
+"""Change of the ratios of forces, and that over what is unbalanced, from which on the next standing is another one, for which
+no angular velocity is known to be too large or too small."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
@@ -117,7 +117,7 @@ class _Search:
                 return ""
             if problem.finds_speed and math.isfinite(unbalanced):
                 self.drive.move(-unbalanced)
-            if self.drift > ANOTHER:
+            if self.drift > min(ANOTHER, OF_UNBALANCED * abs(unbalanced)):
                 self.drive.restart()
             if self.drift > FALLING * before:
                 self._know(self.patches, 0.5)
@@ -208,21 +208,35 @@ class _Search:
     def without_height(self, cause: NoHeight) -> SolvedWheelset:
         """The wheelset as it stood last, and why its wheels do not carry their force: Nadal's limit says when a flange
         climbs."""
-        reason = (f"the wheels carry {cause.largest:.4g} N at most, not {self.problem.vertical:.4g} N, down to "
-                  f"{1e3 * DEEPEST:g} mm below first contact")
-        angles = {abs(bearing.patch.region.angle): bearing for bearing in cause.bearings}
-        steepest = max(angles, default=0.0)
-        friction = friction_of(self.problem.contact, angles[steepest]).coefficient if angles else 0.0
-        if math.tan(steepest) > friction:
-            slope, bearing = math.tan(steepest), angles[steepest]
-            lateral, vertical = abs(bearing.lateral) * bearing.load, bearing.vertical * bearing.load
-            reason += (f": with Y = {lateral:.4g} N and Q = {vertical:.4g} N at {1e3 * steepest:.0f} mrad, Y/Q is "
-                       f"{lateral / vertical:.3g}, and above Nadal's limit {(slope - friction) / (1.0 + friction * slope):.3g} "
-                       "a flange climbs")
-            if vertical <= 0.0:
-                reason += "; friction takes more than the vertical part of the load"
         standing = self.standing or Standing(self.problem.position.roll, cause.z, {})
-        return SolvedWheelset(self.problem, standing, self.drive.place, self.patches, reason, self.rounds, self.drift)
+        return SolvedWheelset(self.problem, standing, self.drive.place, self.patches, self._too_little(cause), self.rounds,
+                              self.drift)
+
+    def _too_little(self, cause: NoHeight) -> str:
+        wanted, depth = f"vertical_N = {self.problem.vertical:.4g} N", f"down to {1e3 * DEEPEST:g} mm below first contact"
+        steepest = max(cause.bearings, key=lambda bearing: abs(bearing.patch.region.angle), default=None)
+        if steepest is None:
+            return f"no patch carries {wanted}, {depth}: the profiles meet at sharp ends alone"
+        reason = f"the wheels carry {cause.largest:.4g} N at most, not {wanted}, {depth}"
+        if cause.largest <= 0.0:
+            reason = f"the wheels carry {wanted} at no height, {depth}"
+        angle, friction = abs(steepest.patch.region.angle), self._friction_of(steepest)
+        lateral, vertical, slope = abs(steepest.lateral) * steepest.load, steepest.vertical * steepest.load, math.tan(angle)
+        limit = (slope - friction) / (1.0 + friction * slope)
+        if vertical > 0.0 and not 0.0 < limit < lateral / vertical:
+            return reason
+        reason += (f": a normal force of {steepest.load:.4g} N at {1e3 * angle:.0f} mrad has Y = {lateral:.4g} N and "
+                   f"Q = {vertical:.4g} N")
+        reason += f", Y/Q = {lateral / vertical:.3g}" if vertical > 0.0 else ", for friction takes more than its vertical part"
+        return reason if limit <= 0.0 else (
+            f"{reason}; above Nadal's limit Y/Q = {limit:.3g} with the coefficient of friction {friction:.3g} a flange climbs")
+
+    def _friction_of(self, bearing: Bearing) -> float:
+        """Coefficient of friction of a patch, at the slip that was found if it depends on it."""
+        y = bearing.patch.region.y
+        near = min(self.patches, key=lambda patch: abs(patch.bearing.patch.region.y - y), default=None)
+        found = math.nan if near is None else near.result.coupled.scalars.get("friction_mean", math.nan)
+        return friction_of(self.problem.contact, bearing).coefficient if math.isnan(found) else found
 
 
 def _rough(problem: WheelsetProblem) -> WheelsetProblem:

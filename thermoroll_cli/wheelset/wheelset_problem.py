@@ -23,7 +23,8 @@ class WheelsetProblem:
     Of `position` the height counts only if `vertical` (N) is None, the roll only if `finds_roll` is False; of `motion` the
     angular velocity only if `finds_speed` is False. It is found such that the rails drive the wheelset with the force
     `traction` (N), or without it such that they cause no torque about the axle. Patches are `curved`, or each lies in a plane
-    and is alone. `contact_distance` (m), between the contacts of both wheels, concerns the equivalent conicity."""
+    and is alone. `contact_distance` (m), between the contacts of both wheels, concerns the equivalent conicity. Tables of a
+    case that concern no wheel are `without_effect`."""
 
     contact: Problem
     rails: Mapping[SideName, RailSide]
@@ -36,6 +37,7 @@ class WheelsetProblem:
     traction: float | None = None
     curved: bool = True
     contact_distance: float = 1.5
+    without_effect: tuple[str, ...] = ()
 
     @property
     def sides(self) -> tuple[SideName, ...]:
