@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.stress import fits, neighbours, service, wear, wheelsets
+from scripts.stress import conicities, fits, neighbours, service, wear, wheelsets
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
 from scripts.stress.coverage import covered, covered_beyond
 from scripts.stress.outcome import Outcome
@@ -126,6 +126,7 @@ POPULATIONS = {
     "wheelsets": Population(wheelsets.random_wheelset, wheelsets.check, 200, limit=120.0),
     "tread and flange": Population(wheelsets.tread_and_flange, wheelsets.check, 200, limit=120.0),
     "displaced wheelsets": Population(wheelsets.displaced, wheelsets.check, 200, limit=60.0),
+    "conicities": Population(conicities.random_track, conicities.check, 200),
     "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),

@@ -228,7 +228,8 @@ class Case:
             content["numerics"]["grid"] = list(content["numerics"]["grid"])
         # The creepages of a wheelset follow from its motion; their defaults are none of its keys.
         follow = ("creepage", "force") if self.settings.wheelset is not None else ()
-        return {key: value for key, value in content.items() if value not in ("", {}) and key not in follow}
+        # The load of a wheelset is empty where its friction has places.
+        return {key: value for key, value in content.items() if (value not in ("", {}) or key == "load") and key not in follow}
 
 
 @contextlib.contextmanager
