@@ -26,6 +26,7 @@ from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.scalars import problem_scalars
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.stress.body_stresses import Collector
 
 Levels = Sequence[Mapping[str, float]]
 
@@ -307,55 +308,56 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
 
 
 def stress_estimates(
-    grids: Levels, half_the_depths: Mapping[str, float], reference: Mapping[str, float], at_surface: Collection[str],
-    elements: float, derived: DerivedQuantities, left_out: float, without: Collection[str] = (),
+    grids: Sequence[Collector], reference: Mapping[str, Any], elements: float, derived: DerivedQuantities, left_out: float
 ) -> dict[str, float]:
-    """Estimated error of each scalar below the surface on the last of `grids`, over its `error_scale`.
+    """Estimated error of each scalar of a body below its surface on the last of the `grids`, over its `error_scale`; nan for
+    those that may be larger below the last depth, or have no maximum below the surface.
 
-    `half_the_depths` are the scalars of the last grid from every second layer, `reference` those of the state and of the
-    inputs, from which the scales follow; `at_surface` names those whose maximum lies at the surface. Those named in
-    `without` have no estimate."""
+    `reference` are the scalars of the state and of the problem, from which the scales follow."""
+    finest = grids[-1]
+    values, half_the_depths, at_surface = [grid.scalars() for grid in grids], finest.scalars(every=2), finest.at_surface()
+    # At the border of the contact tractions change by μp over an element.
+    border = derived.problem.friction.coefficient / elements if derived.kinematics.has_traction else 0.0
     errors = {}
-    for name in grids[-1]:
-        scale, surface, stress = error_scale(name, reference), name in at_surface, name.endswith("_MPa")
-        layers = abs(half_the_depths[name] - grids[-1][name]) / scale
-        # At the border of the contact tractions change by μp over an element.
-        sheared = surface and stress and derived.kinematics.has_traction
-        border = derived.problem.friction.coefficient / elements if sheared else 0.0
+    for name, value in values[-1].items():
+        scale, surface = error_scale(name, reference), name in at_surface
+        unresolved = abs(half_the_depths[name] - value) / scale + (border if surface and name.endswith("_MPa") else 0.0)
         # Dang Van's residual stress lies between those elements of a history that are farthest apart: first order.
         order = ORDER_AT_SURFACE if surface else ORDER_UNEVEN if name.startswith("dang_van") else ORDER
-        errors[name] = estimate([grid[name] for grid in grids], scale, order=order, unresolved=layers + border,
+        errors[name] = estimate([each[name] for each in values], scale, order=order, unresolved=unresolved,
                                 floor=FLOOR + left_out)
-    for name in set(at_surface).intersection(errors):
+    for name in at_surface.intersection(errors):
         if "_depth_" in name:
             errors[name] += 2.2 / elements  # The surface counts as one element deep.
         elif not name.endswith("_MPa"):
             # Along the ridge at the border the stress falls like the square of the distance.
             quantity, _, body, _ = name.rsplit("_", 3)
             errors[name] += math.sqrt(errors[f"{quantity}_max_{body}_MPa"])
-    return errors | dict.fromkeys(without, math.nan)
+    errors |= dict.fromkeys(finest.cut_off | finest.without_peak(), math.nan)
+    on_each = [grid.rivals() for grid in grids]
+    for quantity in on_each[-1] if len(grids) > 1 else ():
+        _count_rivals(errors, quantity, finest.body, [rivals[quantity] for rivals in on_each], reference, border)
+    return errors
 
 
-def errors_with_rivals(
-    value: str, places: Mapping[str, str], error: Mapping[str, float], rivals: Sequence[tuple[Peak, Peak]],
-    reference: Mapping[str, Any], elements: float, derived: DerivedQuantities,
-) -> dict[str, float]:
-    """Errors of the largest stress named `value` and of its `places` (names of scalars by axis), where it may lie elsewhere on
-    a finer grid.
+def _count_rivals(
+    errors: dict[str, float], quantity: str, body: str, rivals: Sequence[tuple[Peak, Peak]], reference: Mapping[str, Any],
+    border: float,
+) -> None:
+    """Widen the `errors` of the largest value of a `quantity` and of its places, where it may lie elsewhere on a finer grid.
 
     `rivals` are the largest stresses of the surface and of what lies below it, grid by grid. The stress at the surface may
-    still grow like a square root. A stress that is nan does not count."""
-    surface, below = rivals[-1]
-    if len(rivals) < 2 or math.isnan(error[value]):
-        return {}
-    scale = error_scale(value, reference) * 1e6
+    still grow like a square root; `border` is its error by an element. A stress that is nan does not count."""
+    (surface, below), name = rivals[-1], f"{quantity}_{body}_MPa"
+    if math.isnan(errors[name]):
+        return
+    scale = error_scale(name, reference) * 1e6
     strongest, rival = (surface, below) if not below.value >= surface.value else (below, surface)
-    border = derived.problem.friction.coefficient / elements if derived.kinematics.has_traction else 0.0
     at_surface = scale * estimate([grid[0].value for grid in rivals], scale, order=ORDER_AT_SURFACE, unresolved=border)
-    own = at_surface if strongest is surface else max(error[value] * scale, surface.value + at_surface - strongest.value)
-    errors = {value: own / scale}
-    if rival.value + (at_surface if rival is surface else 0.0) >= strongest.value - error[value] * scale:
-        for axis, place in places.items():
-            distance = abs(getattr(strongest, axis) - getattr(rival, axis)) * 1e3
-            errors[place] = error[place] + distance / error_scale(place, reference)
-    return errors
+    own, least = errors[name] * scale, surface.value + at_surface - strongest.value
+    errors[name] = (at_surface if strongest is surface else max(own, least)) / scale
+    if rival.value + (at_surface if rival is surface else 0.0) >= strongest.value - own:
+        for axis, word in (("z", "depth"), ("x", "x"), ("y", "y")):
+            if (place := f"{quantity.rsplit('_', 1)[0]}_{word}_{body}_mm") in errors:
+                distance = abs(getattr(strongest, axis) - getattr(rival, axis)) * 1e3
+                errors[place] += distance / error_scale(place, reference)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,10 +13,9 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.layered import LayeredBody
 from thermoroll_cli.problem.contact import Contact
-from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest
-from thermoroll_cli.problem.result import Peak, Result, Subsurface
-from thermoroll_cli.refinement.error_estimates import errors_with_rivals, stress_estimates
+from thermoroll_cli.problem.result import Result, Subsurface
+from thermoroll_cli.refinement.error_estimates import stress_estimates
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.outcome import refining_both
 from thermoroll_cli.refinement.plan import Plan
@@ -25,8 +23,8 @@ from thermoroll_cli.refinement.subsurface_plan import depths_of, few_depths, hot
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
-from thermoroll_cli.stress.body_stresses import Collector, scalars_of
-from thermoroll_cli.stress.strength import StrengthCollector, depth_name, strength_scalars
+from thermoroll_cli.stress.body_stresses import Collector
+from thermoroll_cli.stress.strength import StrengthCollector, strength_scalars
 from thermoroll_cli.stress.superposition import Beyond, ElasticStresses, StressTransforms, SurfaceLoad, ThermalStresses
 
 Collectors = dict[str, Collector]
@@ -96,28 +94,17 @@ def _below_the_surface(
     hot = hot_bodies(request, derived, heated=plan.runs("heat"))
     depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
     near, width = min(finest_grid.dx, finest_grid.dy), min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    grids = [StressesOnGrid(_collect(level.here, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1]),
-                            near, width) for level in levels]
-    finest = grids[-1]
-    scalars, error = finest.scalars(), _errors(grids, summary, levels[-1].elements_across, plan)
-    for body in finest.collectors:
-        found, uncertain = _strength(request, derived.problem, body, scalars, error, summary)
-        scalars, error = scalars | found, error | uncertain
-    results = {body: collector.result(finest.peaks["von_mises", body]) for body, collector in finest.collectors.items()}
+    grids = [_collect(level, request, depths, (near, width), thermal=bool(hot), last=level is levels[-1]) for level in levels]
+    finest, scalars, error = grids[-1], dict[str, float](), dict[str, float]()
+    for body, collector in finest.items():
+        own = collector.scalars()
+        uncertain = stress_estimates([grid[body] for grid in grids], summary, levels[-1].elements_across, derived,
+                                     sum(plan.left_out.values()))
+        found, of_found = _strength(request, derived.problem, body, own, uncertain, summary)
+        scalars, error = scalars | own | found, error | uncertain | of_found
     warmed = [body for body in recirculating(derived) if body in hot]
-    return Subsurface(results, scalars, error, tuple(_warnings(finest, warmed)))
-
-
-def _errors(grids: Sequence[StressesOnGrid], summary: Mapping[str, Any], elements: float, plan: Plan) -> dict[str, float]:
-    """Error estimates of the scalars of the last of the `grids`."""
-    finest, derived = grids[-1], plan.derived
-    error = stress_estimates(
-        [grid.scalars() for grid in grids], finest.scalars(every=2), summary, finest.at_surface(), elements, derived,
-        sum(plan.left_out.values()), finest.cut_off | finest.without_peak())
-    for value, places, rivals in _rivals(grids):
-        places = {axis: place for axis, place in places.items() if place in error}
-        error |= errors_with_rivals(value, places, error, rivals, summary, elements, derived)
-    return error
+    return Subsurface({body: collector.result() for body, collector in finest.items()}, scalars, error,
+                      tuple(_warnings(finest, warmed)))
 
 
 def _strength(
@@ -134,23 +121,23 @@ def _strength(
                             of_surface * 1e-6)
 
 
-def _warnings(finest: StressesOnGrid, warmed: Iterable[str]) -> Iterator[str]:
+def _warnings(finest: Collectors, warmed: Iterable[str]) -> Iterator[str]:
     """Doubts about stresses below the surface; the bodies `warmed` have heat of earlier passes."""
-    cut_off = finest.cut_off
-    largest = [name for name in finest.scalars() if name in cut_off and name.endswith("_MPa")
-               and not {name.removeprefix("elastic_"), name.replace("_below_", "_")} & cut_off - {name}]
+    largest = [name for collector in finest.values() for name in collector.scalars() if name in collector.cut_off
+               and name.endswith("_MPa")
+               and not {name.removeprefix("elastic_"), name.replace("_below_", "_")} & collector.cut_off - {name}]
     if largest:
         yield (f"may be larger below the last depth computed, and have no error estimate: {', '.join(largest)}; set a larger "
                "subsurface.depth_mm")
-    for body, collector in finest.collectors.items():
-        if few_depths(collector.depths, finest.width):
+    for body, collector in finest.items():
+        if few_depths(collector.depths, collector.width):
             yield (f"{len(collector.depths)} depths of the {body} body are far apart, which makes the error estimates of its "
                    "stresses wide: set more subsurface.layers")
     for body in warmed:
         yield (f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses "
                "lack what earlier passes have left")
-    for body, collector in finest.collectors.items():
-        if collector.cut_off():
+    for body, collector in finest.items():
+        if collector.interfaces_cut_off():
             yield (f"the largest shear stress of the interfaces of the {body} body lies at the border of the domain: set a "
                    "larger numerics.extent")
 
@@ -171,10 +158,10 @@ def stresses_by_depth(
 
 
 def _collect(
-    discretisation: Discretisation, contact: Contact, request: SubsurfaceRequest, depths: dict[str, Array], *, thermal: bool,
-    last: bool,
+    level: Level, request: SubsurfaceRequest, depths: dict[str, Array], sizes: tuple[float, float], *, thermal: bool, last: bool
 ) -> Collectors:
-    """All depths of the bodies asked for on one grid; fields are kept of the `last` one."""
+    """All depths of the bodies asked for on one grid; fields are kept of the `last` one. `sizes` are those of `Collector`."""
+    discretisation, contact = level.here, level.contact
     mirrored = discretisation.derived.kinematics.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
     transforms = StressTransforms(discretisation.grid, mirrored)
     loads = surface_loads(discretisation, contact, request.bodies, thermal)
@@ -182,8 +169,8 @@ def _collect(
     pressure = contact.normal.pressure[:, -transforms.columns :]
     plane = int(np.argmax(pressure.max(axis=0)))
     collectors = {
-        body: Collector(depths[body], discretisation.grid.x, y, mirrored, load.heat is not None,
-                        request.fields if last else None, plane, load.layered.interfaces if load.layered else ())
+        body: Collector(body, depths[body], discretisation.grid.x, y, mirrored, load.heat is not None,
+                        request.fields if last else None, plane, *sizes, load.layered.interfaces if load.layered else ())
         for body, load in loads.items()
     }
     for body, collector in collectors.items():
@@ -199,7 +186,7 @@ def _collect(
         beyond = further[body].history(*next(outside)[2:]) if body in further else None
         collectors[body].take(index, elastic_stress, thermal_stress, beyond)
     for body, collector in collectors.items():
-        for index in collector.cut_off():
+        for index in collector.interfaces_cut_off():
             collector.take_interface(index, *_on_a_wider_domain(transforms, loads[body], float(collector.depths[index])))
     return collectors
 
@@ -220,93 +207,3 @@ def _alike(loads: dict[str, SurfaceLoad]) -> Iterable[list[str]]:
     for body, load in loads.items():
         groups.setdefault((load.poisson_ratio, load.layered), []).append(body)
     return groups.values()
-
-
-@dataclass(frozen=True)
-class StressesOnGrid:
-    """Stresses below the surface on one grid, and what is largest among them.
-
-    `near` (m) is the depth down to which a place counts as the surface, an element; `width` (m) the smaller semi-axis."""
-
-    collectors: Collectors
-    near: float
-    width: float
-
-    @cached_property
-    def peaks(self) -> dict[tuple[str, str], Peak]:
-        """By stress ("elastic_…": without thermal stresses) and body."""
-        return self._peaks(1)
-
-    def _peaks(self, every: int) -> dict[tuple[str, str], Peak]:
-        """The peaks over all depths (`every` = 1), or every second one (2)."""
-        peaks: dict[tuple[str, str], Peak] = {}
-        for body, collector in self.collectors.items():
-            total = collector.peaks(collector.total, every)
-            elastic = collector.peaks(collector.elastic, every) if collector.thermal else total
-            named = {**collector.bond_peaks(every), **total, **{f"elastic_{stress}": peak for stress, peak in elastic.items()}}
-            peaks |= {(stress, body): peak for stress, peak in named.items()}
-        return peaks
-
-    def scalars(self, every: int = 1) -> dict[str, float]:
-        """The scalars from all depths (`every` = 1), or every second one (2)."""
-        scalars: dict[str, float] = {}
-        for body, collector in self.collectors.items():
-            if collector.strength is not None:
-                scalars |= collector.strength.scalars(body, every)
-        for (stress, body), peak in (self.peaks if every == 1 else self._peaks(every)).items():
-            scalars |= scalars_of(stress, body, peak)
-        return scalars
-
-    def at_surface(self) -> set[str]:
-        """Names of the scalars whose maximum lies at the surface."""
-        names: set[str] = set()
-        for body, collector in self.collectors.items():
-            if collector.strength is not None:
-                names |= collector.strength.at_surface(body, self.near)
-        for (stress, body), peak in self.peaks.items():
-            if peak.z <= self.near:
-                names |= scalars_of(stress, body, peak).keys()
-        return names
-
-    @cached_property
-    def cut_off(self) -> set[str]:
-        """Names of the scalars whose maximum over depth may lie below the last depth.
-
-        There are two cases: values that grow at the last depth and would exceed all others within twice that depth; and values
-        without a peak below the surface, if the last depth is less than the `width` within which the peaks of Hertz's contacts
-        lie."""
-        names: set[str] = set()
-        for body, collector in self.collectors.items():
-            depths = collector.depths
-            for quantity, values in collector.profiles().items():
-                slopes = np.diff(values) / np.diff(depths)
-                peaked = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0) & (depths[1:-1] > self.near)
-                unseen = depths[-1] < self.width and not peaked.any()
-                reached = values[-1] + slopes[-1] * depths[-1] if slopes[-1] > 0.0 else -math.inf
-                if unseen or reached >= values[1:].max():
-                    names |= {f"{quantity}_below_{body}_MPa"}
-                if unseen or reached >= values.max():
-                    names |= {*scalars_of(quantity, body, Peak()), depth_name(quantity, body), f"{quantity}_{body}_MPa"}
-        return names.intersection(SUBSURFACE_SCALARS)
-
-    def without_peak(self) -> set[str]:
-        """Names of the scalars below the surface that have no maximum there: what falls from the surface on is largest at the
-        first depth, wherever that is."""
-        return {f"{quantity}_below_{body}_MPa" for body, collector in self.collectors.items() if collector.strength is not None
-                for quantity, values in collector.strength.profiles().items() if values[0] > values[1:].max() == values[1]}
-
-
-def _rivals(grids: Sequence[StressesOnGrid]) -> Iterator[tuple[str, dict[str, str], list[tuple[Peak, Peak]]]]:
-    """Names of a largest stress and, by axis, of its places, with the largest of the surface and below it, grid by grid."""
-    for body, collector in grids[-1].collectors.items():
-        on_each = [grid.collectors[body] for grid in grids]
-        for prefix in ("", "elastic_"):
-            by_grid = [each.rivals(each.elastic if prefix else each.total, grids[-1].near) for each in on_each]
-            for stress in by_grid[-1]:
-                name = f"{prefix}{stress}"
-                places = {"z": f"{name}_depth_{body}_mm", "x": f"{name}_x_{body}_mm", "y": f"{name}_y_{body}_mm"}
-                yield f"{name}_max_{body}_MPa", places, [peaks[stress] for peaks in by_grid]
-        if collector.strength is not None:
-            of_strength = [each.strength.peaks() for each in on_each]  # type: ignore[union-attr]
-            for quantity in of_strength[-1]:
-                yield (f"{quantity}_{body}_MPa", {"z": depth_name(quantity, body)}, [peaks[quantity] for peaks in of_strength])

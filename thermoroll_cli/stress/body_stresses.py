@@ -3,7 +3,9 @@ elements."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.names import STRESSES, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import KeptFields
 from thermoroll_cli.problem.result import BodyStresses, Peak, within_layers
-from thermoroll_cli.stress.strength import StrengthCollector, first_principal, von_mises
+from thermoroll_cli.stress.strength import StrengthCollector, depth_name, first_principal, von_mises
 from thermoroll_cli.stress.superposition import ODD_IN_Y
 
 PRECISION = np.float32
@@ -40,9 +42,11 @@ class EquivalentStresses:
 
 @dataclass
 class Collector:
-    """Collects the depths of one body from the surface down. `columns` along y hold y > 0 of a `mirrored` state; `interfaces`
-    are the depths of those of a coated body."""
+    """Collects the depths of one `body` from the surface down. `columns` along y hold y > 0 of a `mirrored` state; `near` (m)
+    is the depth down to which a place counts as the surface, `width` (m) the smaller semi-axis of the contact; `interfaces` are
+    the depths of those of a coated body."""
 
+    body: str
     depths: AnyArray
     x: AnyArray
     y: AnyArray
@@ -50,6 +54,8 @@ class Collector:
     thermal: bool
     keep: KeptFields | None
     plane_column: int
+    near: float
+    width: float
     interfaces: tuple[float, ...] = ()
     elastic: EquivalentStresses = field(init=False)
     total: EquivalentStresses = field(init=False)
@@ -91,7 +97,7 @@ class Collector:
         """An interface: stresses (6, len(x), len(y)) on a domain that may be wider than that of other depths."""
         self.at_interfaces[index] = np.stack([np.hypot(stress[4], stress[5]), stress[2]]), x, y
 
-    def cut_off(self) -> list[int]:
+    def interfaces_cut_off(self) -> list[int]:
         """Layers that are interfaces whose shear stress grows up to the border of its domain."""
         indices = []
         for index, (_, x, y) in self.at_interfaces.items():
@@ -105,7 +111,7 @@ class Collector:
         values, x, y = self.at_interfaces[index]
         return peak_of(values[[number]], self.depths[index : index + 1], x, y, self.mirrored)
 
-    def peaks(self, judged: EquivalentStresses, every: int = 1, part: slice = slice(None)) -> dict[str, Peak]:
+    def _largest(self, judged: EquivalentStresses, every: int = 1, part: slice = slice(None)) -> dict[str, Peak]:
         """Largest von Mises stress, range of σ_xz and first principal stress, of a `part` of the depths, all or only every
         `every`-th."""
         depths = self.depths[part]
@@ -139,15 +145,68 @@ class Collector:
             "layer_tension": peak_of(self.total.principal[bonded], self.depths[bonded], self.x, self.y, self.mirrored, every),
         }
 
-    def rivals(self, judged: EquivalentStresses, near: float) -> dict[str, tuple[Peak, Peak]]:
-        """Largest stresses at the surface, no deeper than `near` (m), and below it."""
-        split = min(int(np.searchsorted(self.depths, near, side="right")), len(self.depths) - 1)
-        surface, below = (self.peaks(judged, part=part) for part in (slice(split), slice(split, None)))
-        return {stress: (surface[stress], below[stress]) for stress in surface}
+    @cached_property
+    def peaks(self) -> dict[str, Peak]:
+        """The largest stresses by name, "elastic_…" without thermal stresses."""
+        return self._peaks(1)
 
-    def result(self, most_stressed: Peak) -> BodyStresses:
+    def _peaks(self, every: int) -> dict[str, Peak]:
+        """The peaks over all depths (`every` = 1), or every second one (2)."""
+        total = self._largest(self.total, every)
+        elastic = self._largest(self.elastic, every) if self.thermal else total
+        return {**self.bond_peaks(every), **total, **{f"elastic_{stress}": peak for stress, peak in elastic.items()}}
+
+    def scalars(self, every: int = 1) -> dict[str, float]:
+        """The scalars (`SUBSURFACE_SCALARS`) from all depths (`every` = 1), or every second one (2)."""
+        scalars = {} if self.strength is None else self.strength.scalars(self.body, every)
+        for stress, peak in (self.peaks if every == 1 else self._peaks(every)).items():
+            scalars |= scalars_of(stress, self.body, peak)
+        return scalars
+
+    def rivals(self) -> dict[str, tuple[Peak, Peak]]:
+        """Largest stresses at the surface and below it, by the beginning of the name of their scalar."""
+        pairs = {} if self.strength is None else self.strength.peaks()
+        split = min(int(np.searchsorted(self.depths, self.near, side="right")), len(self.depths) - 1)
+        for prefix, judged in (("", self.total), ("elastic_", self.elastic)):
+            surface, below = (self._largest(judged, part=part) for part in (slice(split), slice(split, None)))
+            pairs |= {f"{prefix}{stress}_max": (surface[stress], below[stress]) for stress in surface}
+        return pairs
+
+    def at_surface(self) -> set[str]:
+        """Names of the scalars whose maximum lies at the surface."""
+        names = set() if self.strength is None else self.strength.at_surface(self.body, self.near)
+        return names.union(*(scalars_of(stress, self.body, peak) for stress, peak in self.peaks.items() if peak.z <= self.near))
+
+    @cached_property
+    def cut_off(self) -> set[str]:
+        """Names of the scalars whose maximum over depth may lie below the last depth.
+
+        There are two cases: values that grow at the last depth and would exceed all others within twice that depth; and values
+        without a peak below the surface, if the last depth is less than the `width` within which the peaks of Hertz's contacts
+        lie."""
+        names: set[str] = set()
+        for quantity, values in self.profiles().items():
+            slopes = np.diff(values) / np.diff(self.depths)
+            peaked = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0) & (self.depths[1:-1] > self.near)
+            unseen = self.depths[-1] < self.width and not peaked.any()
+            reached = values[-1] + slopes[-1] * self.depths[-1] if slopes[-1] > 0.0 else -math.inf
+            if unseen or reached >= values[1:].max():
+                names |= {f"{quantity}_below_{self.body}_MPa"}
+            if unseen or reached >= values.max():
+                names |= {*scalars_of(quantity, self.body, Peak()), depth_name(quantity, self.body),
+                          f"{quantity}_{self.body}_MPa"}
+        return names.intersection(SUBSURFACE_SCALARS)
+
+    def without_peak(self) -> set[str]:
+        """Names of the scalars below the surface that have no maximum there: what falls from the surface on is largest at the
+        first depth, wherever that is."""
+        profiles = {} if self.strength is None else self.strength.profiles()
+        return {f"{quantity}_below_{self.body}_MPa" for quantity, values in profiles.items()
+                if values[0] > values[1:].max() == values[1]}
+
+    def result(self) -> BodyStresses:
         """The kept fields, on both sides of a mirror."""
-        fields = {"von_mises": self.total.von_mises}
+        fields, most_stressed = {"von_mises": self.total.von_mises}, self.peaks["von_mises"]
         if self.temperature is not None:
             fields |= {"von_mises_elastic": self.elastic.von_mises, "temperature_rise": self.temperature}
         i, j = _nearest(self.x, most_stressed.x), _nearest(self.y, most_stressed.y)
