@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -212,8 +212,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     scalars = dict.fromkeys(SCALARS, math.nan)
     scalars |= scalars_of(discretisation, contact, fields["stick_share"]) | _friction_scalars(discretisation, contact)
     scalars |= wear_scalars(problem, fields, grid.dx, grid.dy)
-    centre = Centre(grid, normal.covered)
-    scalars["pressure_centre_MPa"] = centre.of(normal.pressure) * 1e-6
+    centre = at_centre(grid, normal.covered)
+    scalars["pressure_centre_MPa"] = centre(normal.pressure) * 1e-6
     scalars["heat_flux_max_W_mm2"] = float(_without_steep_borders(flux, discretisation, contact).max()) * 1e-6
     if temperatures:
         heat, heating = discretisation.heat(contact), problem.heating
@@ -228,7 +228,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
             fields[f"temperature_rise_{body}"] = rise
             scalars[f"temperature_rise_max_{body}_K"] = _hottest(rise)
             scalars[f"temperature_rise_mean_{body}_K"] = float((rise * normal.covered).sum() / normal.covered.sum())
-            scalars[f"temperature_rise_centre_{body}_K"] = centre.of(rise)
+            scalars[f"temperature_rise_centre_{body}_K"] = centre(rise)
             scalars[f"surface_temperature_max_{body}_K"] = bulk + _hottest(rise)
             if inner is not None:
                 scalars[f"temperature_interface_max_{body}_K"] = bulk + _hottest(inner)
@@ -241,17 +241,12 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     return State(fields, scalars, grid.x, grid.y)
 
 
-class Centre:
-    """The centroid of the contact; nan for every field where that lies outside, as between patches."""
-
-    def __init__(self, grid: Grid, covered: Array) -> None:
-        self._grid, shares = grid, covered / covered.sum()
-        self._x, self._y = float(shares.sum(axis=1) @ grid.x), float(shares.sum(axis=0) @ grid.y)
-        self._inside = value_at(grid, covered, self._x, self._y) > 0.5
-
-    def of(self, field: Array) -> float:
-        """The value of a field (nx, ny) there."""
-        return value_at(self._grid, field, self._x, self._y) if self._inside else math.nan
+def at_centre(grid: Grid, covered: Array) -> Callable[[Array], float]:
+    """The values of fields (nx, ny) at the centroid of the contact; nan where that lies outside, as between patches."""
+    shares = covered / covered.sum()
+    x, y = float(shares.sum(axis=1) @ grid.x), float(shares.sum(axis=0) @ grid.y)
+    inside = value_at(grid, covered, x, y) > 0.5
+    return lambda field: value_at(grid, field, x, y) if inside else math.nan
 
 
 def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
