@@ -15,12 +15,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
-from thermoroll_cli.problem.names import SCALARS, Scalar, holds, of_kind
+from thermoroll_cli.problem.names import SCALARS, Kind, Scalar, holds, of_kind
 from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
 from thermoroll_cli.refinement.plan import Plan
@@ -99,12 +100,116 @@ def converges_one_way(before: float, last: float) -> bool:
     return last * before > 0.0 and abs(last) < abs(before)
 
 
+def estimates(
+    levels: Levels, derived: DerivedQuantities, elements: float, plan: Plan, without: Collection[str] = ()
+) -> dict[str, float]:
+    """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
+    `error_scale`; `elements` counts those over 1.1 diameters of the contact.
+
+    nan for what is given or `without` an estimate and for one grid alone, 0 for what symmetry makes zero. Creepages that are
+    found for a force, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a
+    circle), so the error of √γ_st is added to theirs."""
+    grid, errors = Resolution(levels, derived, elements, plan), {}
+    for name, scalar in SCALARS.items():
+        if holds(scalar.given, derived.problem) or name in without or math.isnan(levels[-1].get(name, math.nan)):
+            errors[name] = math.nan
+        else:
+            errors[name] = 0.0 if grid.knows(scalar) else grid.error_of(scalar)
+    summary = grid.summary
+    if (mean := summary["friction_mean"]) > 0.0:  # nan without friction
+        # Elements that wrongly stick or slip have the coefficient at rest in place of the mean, or the reverse.
+        mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
+        lost = abs(derived.problem.friction.at_rest - mean)
+        errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
+    if derived.problem.prescribed_force:
+        of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
+        for name in (*CREEPAGES, *of_kind("integral", "exchanged heat")):
+            errors[name] += SPREAD * of_stick
+    return errors
+
+
 @dataclass(frozen=True)
 class Resolution:
-    """Resolution of the slip zone: `elements` over 1.1 diameters, a share `sticking` that sticks (0 without friction)."""
+    """What a grid with so many `elements` over 1.1 diameters of the contact does not see, from the scalars on it and on coarser
+    ones (`levels`)."""
 
+    levels: Levels
+    derived: DerivedQuantities
     elements: float
-    sticking: float
+    plan: Plan
+
+    def error_of(self, scalar: Scalar) -> float:
+        """Estimated error of a scalar over its `error_scale`."""
+        rubbed = self.rubbed if scalar.scale == "temperature" else 1.0
+        carried = self.carried if scalar.kind == "resultant" else 1.0
+        error = estimate([level.get(scalar.name, math.nan) for level in self.levels], error_scale(scalar.name, self.summary),
+                         order=self.order(scalar.kind), unresolved=carried * self.unresolved(scalar.kind) * rubbed,
+                         floor=carried * (FLOOR + self.left_out(scalar.kind)),
+                         safety=SAFETY_EXTRAPOLATED if scalar.name in EXTRAPOLATED else SAFETY)
+        # Heat of zones narrower than an element is spread over elements.
+        return max(error, self.summary["power_balance_error"] * rubbed) if scalar.kind == "diffused" else error
+
+    def knows(self, scalar: Scalar) -> bool:
+        """Whether a scalar vanishes because everything is its own mirror image across y = 0; without traction stick, too."""
+        kinematics = self.derived.kinematics
+        if not kinematics.has_traction:
+            return scalar.kind in ("resultant", "stick")
+        return bool(kinematics.vanishing) and scalar.vanishes == kinematics.vanishing
+
+    def order(self, kind: Kind) -> float:
+        """q of a kind of scalars."""
+        derived, law = self.derived, self.derived.problem.friction.law
+        exchanged = derived.problem.heating.partition == "matched" and kind == "exchanged heat"
+        abrupt = derived.problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
+        uneven = derived.dissimilar or (derived.relaxing is not None and kind == "peak pressure")
+        return ORDER_UNEVEN if uneven or exchanged or kind == "first order" or (abrupt and kind == "stick") else ORDER
+
+    def unresolved(self, kind: Kind) -> float:
+        """R of a kind of scalars."""
+        found = 0.0 if self.plan.hertzian else self.border
+        match kind:
+            case "stick":
+                return max(self.border if self.sticking else 0.0, self.unseen)
+            case "area":
+                return found + self.whole_row
+            case "relative area":
+                return found
+            case "peak pressure":
+                return self.edge
+            case "peak":
+                return self.narrow + self.edge
+            case "peak flux":
+                # The heat of a zone narrower than an element is spread over all of it.
+                return self.narrow / min(1.0, max(self.slipping, 1.0 / self.elements)) + self.edge
+            case "diffused":
+                return SPREAD * self.narrow
+            case "diffused mean":
+                return SPREAD * self.narrow + found
+            case "resultant" if not self.sticking and self.derived.kinematics.slip_varies:
+                # Slip turns around the place without rigid slip: what sticks there changes its direction.
+                return SPREAD * self.unseen
+            case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
+                # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
+                return SPREAD * ((1.0 - self.sticking) * self.narrow + self.unseen**1.5)
+            case "expansion":
+                # Measured from the border of the contact, which is known to an element.
+                return 1.0 / self.elements
+        return 0.0
+
+    def left_out(self, kind: Kind) -> float:
+        """Bound of the effect of stages that were left out."""
+        rigid = kind in ("area", "relative area", "pressure", "peak pressure") and not self.derived.kinematics.feeds_back
+        return sum(bound for stage, bound in self.plan.left_out.items() if not (rigid and stage == "differential slip"))
+
+    @cached_property
+    def summary(self) -> dict[str, float]:
+        """Scalars of the finest grid and of the problem."""
+        return {**self.levels[-1], **problem_scalars(self.derived)}
+
+    @cached_property
+    def sticking(self) -> float:
+        """Share that sticks (0 without friction)."""
+        return self.summary["gamma_st"] if self.derived.kinematics.has_traction else 0.0
 
     @property
     def border(self) -> float:
@@ -121,175 +226,80 @@ class Resolution:
         """z = γ_st/max(1, m)²: how much is not seen in a zone of m elements that slips beside what sticks."""
         return self.sticking / max(1.0, self.slipping) ** 2
 
+    @cached_property
+    def rubbed(self) -> float:
+        """Share of the heat by friction: what bodies of different temperature exchange does not come from the slip zone."""
+        conducted = abs(self.summary["heat_conducted_W"]) if self.derived.problem.heating.conducts else 0.0
+        return self.summary["Q_F_W"] / (self.summary["Q_F_W"] + conducted) if conducted else 1.0
 
-def estimates(
-    levels: Levels, derived: DerivedQuantities, elements: float, plan: Plan, without: Collection[str] = ()
-) -> dict[str, float]:
-    """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
-    `error_scale`; `elements` counts those over 1.1 diameters of the contact.
+    @cached_property
+    def carried(self) -> float:
+        """The share of μW that forces and moment carry: where all is proportional to creepage, so are errors."""
+        scales = {force: error_scale(force, self.summary) for force in RESULTANTS}
+        return min(1.0, math.hypot(*(self.summary[force] / scale for force, scale in scales.items() if scale > 0.0)))
 
-    nan for what is given or `without` an estimate and for one grid alone, 0 for what symmetry makes zero. Creepages that are
-    found for a force, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a
-    circle), so the error of √γ_st is added to theirs."""
-    summary = {**levels[-1], **problem_scalars(derived)}
-    has_traction = derived.kinematics.has_traction
-    resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
-    unseen = unseen_stick(resolution, levels, derived)
-    # Heat that bodies of different temperature exchange does not come from the slip zone.
-    conducted = abs(summary["heat_conducted_W"]) if derived.problem.heating.conducts else 0.0
-    rubbed = summary["Q_F_W"] / (summary["Q_F_W"] + conducted) if conducted else 1.0
-    edge, errors = unresolved_edge(derived, elements, summary), {}
-    for name, scalar in SCALARS.items():
-        values = [level.get(name, math.nan) for level in levels]
-        scale = error_scale(name, summary)
-        carried = _carried(name, summary)
-        if holds(scalar.given, derived.problem) or name in without or math.isnan(values[-1]):
-            errors[name] = math.nan
-        elif _is_exact(scalar, derived):
-            errors[name] = 0.0
-        else:
-            unresolved = carried * _unresolved(name, resolution, unseen, derived, plan)
-            unresolved += edge if scalar.kind in ("peak", "peak flux", "peak pressure") else 0.0
-            unresolved *= rubbed if name in TEMPERATURES else 1.0
-            floor = carried * (FLOOR + _left_out(name, derived, plan))
-            errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
-                                    safety=SAFETY_EXTRAPOLATED if name in EXTRAPOLATED else SAFETY)
-            if scalar.kind == "diffused":
-                # Heat of zones narrower than an element is spread over elements.
-                spread = summary["power_balance_error"] * (rubbed if name in TEMPERATURES else 1.0)
-                errors[name] = max(errors[name], spread)
-    if (mean := summary["friction_mean"]) > 0.0:  # nan without friction
-        # Elements that wrongly stick or slip have the coefficient at rest in place of the mean, or the reverse.
-        mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
-        lost = abs(derived.problem.friction.at_rest - mean)
-        errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
-    if derived.problem.prescribed_force:
-        of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
-        for name in (*CREEPAGES, *of_kind("integral", "exchanged heat")):
-            errors[name] += SPREAD * of_stick
-    return errors
+    @cached_property
+    def edge(self) -> float:
+        """Error of the largest pressure, over it, by a maximum at the leading edge of bodies that relax that is narrower than a
+        few elements, or not seen at all; 0 where another one is the largest."""
+        relaxing, half = self.derived.relaxing, self.derived.scales.semi_axis_x
+        if relaxing is None:
+            return 0.0
+        middle = self.summary["pressure_centre_MPa"] / self.summary["pressure_max_MPa"]
+        place, height = relaxing.leading_edge(half)
+        # Two patches have no middle.
+        above = height * (1.0 if math.isnan(middle) else middle) - EDGE_BELOW
+        return max(0.0, above) * min(1.0, EDGE * (2.2 * half / (self.elements * place)) ** 2)
 
+    @cached_property
+    def whole_row(self) -> float:
+        """Error of the area of a contact that relaxes: where its border is not fitted inside elements, all of its leading or of
+        its trailing edge is off by up to half of them, on the same side, b dx of π a b."""
+        derived, elements = self.derived, self.elements
+        if derived.relaxing is None:
+            return 0.0
+        side, across = (2.2 * axis / elements for axis in (derived.scales.semi_axis_x, derived.scales.semi_axis_y))
+        # What is lost in an element counts, too, which a border that is fitted does not know.
+        unknown = max(1.0 - derived.relaxing.near_border(side, across).trust, 2.0 * derived.relaxing.felt(side)[1])
+        return 2.2 / (math.pi * elements) * min(1.0, unknown)
 
-def _order(name: str, derived: DerivedQuantities) -> float:
-    kind = SCALARS[name].kind
-    exchanged = derived.problem.heating.partition == "matched" and kind == "exchanged heat"
-    law = derived.problem.friction.law
-    abrupt = derived.problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
-    uneven = derived.dissimilar or (derived.relaxing is not None and kind == "peak pressure")
-    return ORDER_UNEVEN if uneven or exchanged or kind == "first order" or (abrupt and kind == "stick") else ORDER
+    @cached_property
+    def unseen(self) -> float:
+        """Share of the contact that may stick though no element of the grid does.
 
-
-def _unresolved(name: str, resolution: Resolution, unseen: float, derived: DerivedQuantities, plan: Plan) -> float:
-    """R of one scalar; `unseen` is the share that may stick without an element that does."""
-    match SCALARS[name].kind:
-        case "stick":
-            return max(resolution.border if resolution.sticking else 0.0, unseen)
-        case "area":
-            return 0.0 if plan.hertzian else resolution.border + _whole_row(derived, resolution.elements)
-        case "relative area":
-            return 0.0 if plan.hertzian else resolution.border
-        case "peak":
-            return resolution.narrow
-        case "peak flux":
-            # The heat of a zone narrower than an element is spread over all of it.
-            return resolution.narrow / min(1.0, max(resolution.slipping, 1.0 / resolution.elements))
-        case "diffused":
-            return SPREAD * resolution.narrow
-        case "diffused mean":
-            return SPREAD * resolution.narrow + (0.0 if plan.hertzian else resolution.border)
-        case "resultant" if not resolution.sticking and derived.kinematics.slip_varies:
-            # Slip turns around the place without rigid slip: what sticks there changes its direction.
-            return SPREAD * unseen
-        case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
-            # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
-            return SPREAD * ((1.0 - resolution.sticking) * resolution.narrow + unseen**1.5)
-        case "expansion":
-            # Measured from the border of the contact, which is known to an element.
-            return 1.0 / resolution.elements
-    return 0.0
-
-
-def unresolved_edge(derived: DerivedQuantities, elements: float, summary: Mapping[str, float]) -> float:
-    """Error of the largest pressure, over it, by a maximum at the leading edge of bodies that relax that is narrower than a few
-    elements, or not seen at all; 0 where another one is the largest."""
-    if derived.relaxing is None:
-        return 0.0
-    half, middle = derived.scales.semi_axis_x, summary["pressure_centre_MPa"] / summary["pressure_max_MPa"]
-    place, height = derived.relaxing.leading_edge(half)
-    # Two patches have no middle.
-    above = height * (1.0 if math.isnan(middle) else middle) - EDGE_BELOW
-    return max(0.0, above) * min(1.0, EDGE * (2.2 * half / (elements * place)) ** 2)
-
-
-def _whole_row(derived: DerivedQuantities, elements: float) -> float:
-    """Error of the area of a contact that relaxes: where its border is not fitted inside elements, all of its leading or of its
-    trailing edge is off by up to half of them, on the same side, b dx of π a b."""
-    if derived.relaxing is None:
-        return 0.0
-    side, across = (2.2 * axis / elements for axis in (derived.scales.semi_axis_x, derived.scales.semi_axis_y))
-    # What is lost in an element counts, too, which a border that is fitted does not know.
-    unknown = max(1.0 - derived.relaxing.near_border(side, across).trust, 2.0 * derived.relaxing.felt(side)[1])
-    return 2.2 / (math.pi * elements) * min(1.0, unknown)
-
-
-def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantities) -> float:
-    """Share of the contact that may stick though no element of the grid does.
-
-    A place can only stick where the rigid slip is smaller than the gradient of the displacement that full sliding makes, about
-    the creepage of full slip, and for unlike bodies that of the pressure, |β| p0/E*. With spin, or differential slip, that is
-    a patch around the place without rigid slip. A creepage that is found is known up to its last change. An interlayer sticks
-    along the leading edge as well, a compliant one alone over a share 1/(1 + κ²) with κ = ξ a/(L μ p0)."""
-    if not derived.kinematics.has_traction:
-        return 0.0
-    problem, scales, limits = derived.problem, derived.scales, np.full(2, derived.saturation_creepage)
-    if derived.hertz is not None:
-        lower, upper = problem.lower, problem.upper
-        constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
-        limits = np.array(full_slip_creepages(derived.hertz, problem.friction.coefficient, *constants))
-    limits += abs(derived.dundurs_beta) * scales.peak_pressure / problem.contact_modulus
-    last = levels[-1]
-    limits += [abs(last[name] - levels[-2][name]) if len(levels) > 1 else 0.0 for name in CREEPAGES]
-    # Places in the contact, evenly over the area of its ellipse: each stands for those up to a twentieth of an axis away.
-    radius, angle = np.meshgrid(np.sqrt((np.arange(64) + 0.5) / 64), 2.0 * np.pi * (np.arange(64) + 0.5) / 64)
-    x, y = scales.semi_axis_x * radius * np.cos(angle), scales.semi_axis_y * radius * np.sin(angle)
-    low, high = problem.geometry.limits
-    inside = (y + scales.centre > low) & (y + scales.centre < high)
-    x, y = x[inside], y[inside]
-    slip, nearer = (derived.kinematics.slip_at(x - np.copysign(part * scales.semi_axis_x, x), scales.centre + y
-                                               - np.copysign(part * scales.semi_axis_y, y)) for part in (0.0, 0.05))
-    limits = limits[:, None] + np.abs(slip - nearer)
-    slip[0] += last["creepage_longitudinal"] - (problem.motion.creepage_x or 0.0)
-    slip[1] += last["creepage_lateral"] - (problem.motion.creepage_y or 0.0)
-    share = float(np.mean(np.hypot(*(slip / limits)) < 1.0))
-    # Slip turns around a place of the contact without rigid slip.
-    turns = bool(((slip.min(axis=1) < 0.0) & (slip.max(axis=1) > 0.0)).all())
-    patch = 0.0 if resolution.sticking else min(share, 1.0 / resolution.elements if turns else resolution.border)
-    full = derived.interlayer_shear / scales.semi_axis_x
-    strip = float(np.mean(full**2 / (full**2 + (slip**2).sum(axis=0)))) if full else 0.0
-    return max(patch, min(strip, 1.0 / resolution.elements) - resolution.sticking)
-
-
-def _carried(name: str, summary: Mapping[str, float]) -> float:
-    """The share of μW that forces and moment carry: where all is proportional to creepage, so are errors."""
-    if SCALARS[name].kind != "resultant":
-        return 1.0
-    forces = [summary[force] / error_scale(force, summary) for force in RESULTANTS
-              if error_scale(force, summary) > 0.0]
-    return min(1.0, math.hypot(*forces))
-
-
-def _left_out(name: str, derived: DerivedQuantities, plan: Plan) -> float:
-    """Bound of the effect of stages that were left out."""
-    rigid = SCALARS[name].kind in ("area", "relative area", "pressure", "peak pressure") and not derived.kinematics.feeds_back
-    return sum(bound for stage, bound in plan.left_out.items() if not (rigid and stage == "differential slip"))
-
-
-def _is_exact(scalar: Scalar, derived: DerivedQuantities) -> bool:
-    """Whether a scalar vanishes because everything is its own mirror image across y = 0; without traction stick, too."""
-    kinematics = derived.kinematics
-    if not kinematics.has_traction:
-        return scalar.kind in ("resultant", "stick")
-    return bool(kinematics.vanishing) and scalar.vanishes == kinematics.vanishing
+        A place can only stick where the rigid slip is smaller than the gradient of the displacement that full sliding makes,
+        about the creepage of full slip, and for unlike bodies that of the pressure, |β| p0/E*. With spin, or differential slip,
+        that is a patch around the place without rigid slip. A creepage that is found is known up to its last change. An
+        interlayer sticks along the leading edge as well, a compliant one alone over a share 1/(1 + κ²), κ = ξ a/(L μ p0)."""
+        derived, levels = self.derived, self.levels
+        if not derived.kinematics.has_traction:
+            return 0.0
+        problem, scales, limits = derived.problem, derived.scales, np.full(2, derived.saturation_creepage)
+        if derived.hertz is not None:
+            lower, upper = problem.lower, problem.upper
+            constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
+            limits = np.array(full_slip_creepages(derived.hertz, problem.friction.coefficient, *constants))
+        limits += abs(derived.dundurs_beta) * scales.peak_pressure / problem.contact_modulus
+        last = levels[-1]
+        limits += [abs(last[name] - levels[-2][name]) if len(levels) > 1 else 0.0 for name in CREEPAGES]
+        # Places in the contact, evenly over the area of its ellipse: each stands for those up to a twentieth of an axis away.
+        radius, angle = np.meshgrid(np.sqrt((np.arange(64) + 0.5) / 64), 2.0 * np.pi * (np.arange(64) + 0.5) / 64)
+        x, y = scales.semi_axis_x * radius * np.cos(angle), scales.semi_axis_y * radius * np.sin(angle)
+        low, high = problem.geometry.limits
+        inside = (y + scales.centre > low) & (y + scales.centre < high)
+        x, y = x[inside], y[inside]
+        slip, nearer = (derived.kinematics.slip_at(x - np.copysign(part * scales.semi_axis_x, x), scales.centre + y
+                                                   - np.copysign(part * scales.semi_axis_y, y)) for part in (0.0, 0.05))
+        limits = limits[:, None] + np.abs(slip - nearer)
+        slip[0] += last["creepage_longitudinal"] - (problem.motion.creepage_x or 0.0)
+        slip[1] += last["creepage_lateral"] - (problem.motion.creepage_y or 0.0)
+        share = float(np.mean(np.hypot(*(slip / limits)) < 1.0))
+        # Slip turns around a place of the contact without rigid slip.
+        turns = bool(((slip.min(axis=1) < 0.0) & (slip.max(axis=1) > 0.0)).all())
+        patch = 0.0 if self.sticking else min(share, 1.0 / self.elements if turns else self.border)
+        full = derived.interlayer_shear / scales.semi_axis_x
+        strip = float(np.mean(full**2 / (full**2 + (slip**2).sum(axis=0)))) if full else 0.0
+        return max(patch, min(strip, 1.0 / self.elements) - self.sticking)
 
 
 def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:

@@ -14,10 +14,10 @@ from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimates import (
     EXTRAPOLATED,
     Levels,
+    Resolution,
     estimates,
     missed_accuracy,
     reported,
-    unresolved_edge,
 )
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.plan import Plan, first_of_both
@@ -44,7 +44,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     errors = estimates(by_level, derived, last.elements_across, plan, {*sharp.unbounded, *sharp.unresolved})
     reasons = failures(isothermal, None if hot is cold else last)
     warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp.warnings]
-    warnings += edge_warning(derived, last.here.grid, unresolved_edge(derived, last.elements_across, by_level[-1]))
+    warnings += edge_warning(derived, last.here.grid, Resolution(by_level, derived, last.elements_across, plan).edge)
     heat = last.here.heat(last.contact) if plan.runs("heat") else None
     if heat is not None:
         fields = last.reported.fields
