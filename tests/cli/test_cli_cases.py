@@ -94,6 +94,10 @@ def test_init_writes_the_cases_of_the_documents_with_their_files(tmp_path: Path)
         "manchester.toml", "MBench_S1002_v3.prw", "MBench_UIC60_v3.prr"}
     assert call("validate", "cases/manchester.toml", cwd=tmp_path).returncode == 0
     assert call("init", "--example", "manchester", cwd=tmp_path).returncode == 5
+    assert call("init", "--example", "wheelset_wear", cwd=tmp_path).returncode == 0, "it reads the same profiles"
+    (tmp_path / "cases" / "MBench_S1002_v3.prw").write_text("mine")
+    (tmp_path / "cases" / "wheelset_wear.toml").unlink()
+    assert "MBench_S1002_v3.prw exists" in call("init", "--example", "wheelset_wear", cwd=tmp_path).stderr
     assert call("init", "mine.toml", "--example", "wheel_rail", cwd=tmp_path).returncode == 0
     assert (tmp_path / "mine.toml").read_text() == (EXAMPLES / "wheel_rail.toml").read_text()
     assert call("init", "-", "--example", "table1").stdout == (EXAMPLES / "table1.toml").read_text()

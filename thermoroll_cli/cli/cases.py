@@ -103,7 +103,9 @@ def init(
         contents |= {file.parent / name: (EXAMPLES / name).read_bytes() for name in named}
         if file.parent == Path("cases"):
             file.parent.mkdir(exist_ok=True)
-    if there := next((path for path in contents if path.exists() and not force), None):
+    # Examples share files: one that is the same already is no loss.
+    if there := next((path for path, new in contents.items() if path.exists() and not force
+                      and (path == file or path.read_bytes() != new)), None):
         raise FileExistsError(f"{there} exists; --force overwrites it")
     for path, content in contents.items():
         write_bytes(path, content)
