@@ -155,7 +155,7 @@ def test_fits_and_wear(tmp_path: Path) -> None:
     worn = Path(__file__).parents[2] / "cases" / "twin_disc_wear.toml"
     assert call("wear", worn, "--set", "numerics.grid=16", "--set", "wear.depth_um=1", "--no-plots", "--report", "-q", "-o",
                 tmp_path).returncode == 0  # fmt: skip
-    assert re.search(r"largest worn depth, lower body \d", read(tmp_path / "twin_disc_wear_wear_report.html").text)
+    assert re.search(r"largest worn depth, lower body \d\S* µm", read(tmp_path / "twin_disc_wear_wear_report.html").text)
 
 
 def test_usage(folder: Path, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
+from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
@@ -103,7 +104,8 @@ def _section(done: Evolution) -> Section:
     return page.Section(
         done.case.settings.title or done.case.name,
         [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} steps."], done.reason,
-        tables=[page.Table(_last_rows(done), ("after the last step", "value", "name"), values=(1,), names=(2,))],
+        tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in _last_rows(done)],
+                           ("after the last step", "value", "unit", "name"), values=(1, 2), names=(3,))],
         pictures=page.pictures_of(lambda folder, formats: _drawn(done, folder, formats)), case=done.case.text,
         method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change by bounded steps, "
         "and after each the contact is solved again.")  # fmt: skip
