@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
-import signal
 import subprocess
 import sys
-import threading
 import time
 from dataclasses import replace
 from pathlib import Path
-from unittest import mock
 
 import h5py
 import numpy as np
@@ -252,31 +248,6 @@ def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) ->
     assert built.quality.rms == pytest.approx(stored.quality.rms, rel=1e-5)
     with pytest.raises(JournalError, match="of another table"):
         build_table(replace(plan, poisson_ratio=0.3), path, workers=Workers(), resume=True)
-
-
-def test_a_cluster_that_loses_its_worker_builds_the_same_table(tiny: Path, tmp_path: Path) -> None:
-    import distributed
-
-    # The only one, in whose place another is started.
-    with mock.patch.dict(os.environ), distributed.LocalCluster(  # Dask sets variables of this process
-        n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
-    ) as cluster:
-        path = tmp_path / "t.h5"
-
-        def kill_one() -> None:
-            while not (journal_path(path).exists() and journal_path(path).stat().st_size > 1000):
-                time.sleep(0.005)
-            os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
-
-        killer = threading.Thread(target=kill_one, daemon=True)
-        killer.start()
-        done = call("table", "build", *TINY, "-o", path, "--checks", "10", "-q", "--dask", cluster.scheduler_address)
-        assert not killer.is_alive()
-    assert done.returncode == 0, done.stderr
-    found, wanted = read_table(path), read_table(tiny)
-    # Products of matrices are rounded otherwise where workers have another number of threads for them.
-    np.testing.assert_allclose(found.values, wanted.values, atol=RESOLUTION + 1e-6)
-    assert found.quality.rms == pytest.approx(wanted.quality.rms, rel=1e-5)
 
 
 def test_without_a_cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -95,6 +95,11 @@ def test_every_format_is_reproducible(tmp_path: pathlib.Path) -> None:
         assert content == second.read_bytes()
 
 
+def test_an_odd_title_is_written(tmp_path: pathlib.Path) -> None:
+    result = synthetic.result((16, 16), title=ODD[0][1]["title"])
+    assert len(draw(result, tmp_path / "a", kinds=["pressure"], formats=["png", "svg", "pdf"])) == 3
+
+
 def test_text_in_svg_is_text(tmp_path: pathlib.Path) -> None:
     (path,) = draw(synthetic.result((16, 16)), tmp_path / "a", kinds=["pressure"], formats=["svg"])
     assert f"{WITHOUT}, max" in path.read_text() and "pressure p (MPa)" in path.read_text()
@@ -143,11 +148,6 @@ ODD: list[tuple[bool, dict[str, Any]]] = [
     (False, {"shape": (8, 8), "size": 1e-5, "extent": 6.0, "slip_share": 1.0}),
     (False, {"shape": (24, 24), "size": 1e4, "extent": 1.6, "slip_share": 0.0}),
 ]
-
-
-@pytest.mark.parametrize(("normalised", "options"), ODD)
-def test_odd_results_are_drawn(tmp_path: pathlib.Path, normalised: bool, options: dict[str, Any]) -> None:
-    assert draw(synthetic.result(**options), tmp_path / "odd", normalised=normalised)
 
 
 @pytest.mark.parametrize(("normalised", "options"), [

@@ -55,8 +55,3 @@ def test_the_example_goes_the_whole_way(place: Path) -> None:
     shown = thermoroll(place, "show", case, "--set", "load.debris_coefficient_m3_J=1e-13")
     assert "debris" in shown["run"]
     assert shown["inputs"]["load.debris_coefficient_m3_J"]["si"] == 1e-13
-
-
-def test_the_document_shows_every_step() -> None:
-    files = {Path(path).parts[1] for path, _ in BLOCKS}
-    assert files == {"problem", "refinement", "files"} and len(BLOCKS) <= 6

@@ -138,24 +138,6 @@ def test_package_folders_do_nothing_on_import() -> None:
         assert all(isinstance(node, ast.Expr) for node in tree.body), f"{name(init)} does more than describe"
 
 
-SOLVING = {"contact", "rolling", "heat", "stress", "steady_state"}
-
-
-def test_every_number_that_has_a_name_has_a_reason() -> None:
-    """A text follows it, or the group of names that it belongs to. Options are such numbers, too."""
-    for path, tree in MODULES.items():
-        options = (node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name.endswith("Options"))
-        for body in (tree.body, *options) if package_of(path) in SOLVING else ():
-            for i, node in enumerate(body):
-                last = i
-                while last + 1 < len(body) and isinstance(body[last + 1], ast.Assign | ast.AnnAssign):
-                    last += 1
-                value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
-                if isinstance(value, ast.Constant) and isinstance(value.value, int | float):
-                    reason = last + 1 < len(body) and isinstance(body[last + 1], ast.Expr)
-                    assert reason, f"{name(path)}: why {ast.unparse(node)}?"
-
-
 # --- what the repository speaks of is in the repository --------------------------------------------------------------
 
 

@@ -72,7 +72,7 @@ def test_drawn_cases_converge_and_keep_the_invariants(population: str, seeds: ra
 
 @pytest.mark.parametrize(("population", "seeds", "grid", "least"), [
     ("coverage of slender grids", (2, 3), (64, 16), 20), ("coverage of few depths", (2,), 16, 50),
-    ("coverage of strength and wear", (3,), 16, 20), ("coverage of coatings", (1, 3, 7, 10, 16, 18), 16, 50),
+    ("coverage of strength and wear", (5,), 16, 20), ("coverage of coatings", (1, 3, 7, 10, 16, 18), 16, 50),
 ])  # fmt: skip
 def test_estimates_cover_their_errors(population: str, seeds: tuple[int, ...], grid: int, least: int) -> None:
     draw = POPULATIONS[population].draw

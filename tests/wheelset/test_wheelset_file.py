@@ -29,12 +29,12 @@ NAMES = ["left_1", "right_1", "right_2"]
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """With m.toml, its results, and what `run --json` has printed."""
+    """With m.toml, its results, and what `run` has printed."""
     folder = tmp_path_factory.mktemp("wheelset")
     (folder / "m.toml").write_text(CASE.to_toml())
-    done = call("run", "m.toml", "--json", "-q", "--no-plots", cwd=folder)
+    done = call("run", "m.toml", "--no-plots", cwd=folder)
     assert done.returncode == 0, done.stderr
-    (folder / "printed").write_text(done.stdout)
+    (folder / "printed").write_text(done.stdout, encoding="utf-8")
     return folder
 
 
@@ -58,8 +58,6 @@ def test_all_of_it_comes_back(folder: Path, stored: Result) -> None:
             np.testing.assert_array_equal(line, other.lines[name])
         for name, values in one.fields.items():
             np.testing.assert_array_equal(values, other.fields[name])
-    printed = json.loads((folder / "printed").read_text())
-    assert printed["patches"][2]["normal_N"] == stored.contacts[2].record["normal_N"] and printed["Q_F_W"] == stored["Q_F_W"]
     with h5py.File(folder / "results" / "m.h5") as file:
         single = set(file["patches/left_1"])
         assert {"fields", "isothermal", "summary", "mesh", "history", "subsurface"} <= single and "summary" in file
@@ -90,11 +88,11 @@ def test_the_whole_has_the_scalars_of_its_patches(stored: Result) -> None:
 
 
 def test_the_table_shows_them_with_their_errors(folder: Path) -> None:
-    done = call("run", "m.toml", "--no-plots", "-o", "table", cwd=folder)
-    rows = {line.split()[0]: line for line in done.stdout.splitlines()}
+    printed = (folder / "printed").read_text(encoding="utf-8")
+    rows = {line.split()[0]: line for line in printed.splitlines()}
     assert rows["von_mises_max_lower_MPa"].count("±") == 3 and rows["wear_area_upper_SIDE_um2"].count("±") == 2
     assert rows["T_gamma_SIDE_N"].count("±") == 2 and rows["Q_F_W"].count("±") == 3
-    assert "wrote table/m.h5" in done.stdout
+    assert "wrote results/m.h5" in printed
 
 
 def test_pictures_of_the_file_are_those_of_the_run(folder: Path, stored: Result) -> None:
