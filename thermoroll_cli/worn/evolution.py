@@ -197,8 +197,9 @@ def _columns(wear: Wear, state: ContactState) -> Columns:
     """Passages and what is worn off each body; the volume is what this contact has worn off."""
     found: Columns = {}
     for body, worn in worn_bodies(wear).items():
-        found |= {f"cycles_{body}": (state.distance / worn.track_length, None),
-                  **state.wear_columns(body, wear.density, worn.track_length)}
+        if math.isfinite(worn.track_length):
+            found[f"cycles_{body}"] = state.distance / worn.track_length, None
+        found |= state.wear_columns(body, wear.density, worn.track_length)
     return found
 
 

@@ -28,6 +28,9 @@ from thermoroll_cli.worn.service import outlines_of, positions_of, service, worn
 from thermoroll_cli.worn.steps import WearState, reached
 from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, table, worn_case, write_group, write_profiles
 
+LAYOUT = 2
+"""Raised whenever records of the journal change."""
+
 
 @dataclass(frozen=True)
 class Evolution:
@@ -94,8 +97,8 @@ def wear(
         with contextlib.ExitStack() as stack:
             place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
             place.mkdir(parents=True, exist_ok=True)
-            journal = stack.enter_context(
-                Journal(place / f"{case.name}_wear.jsonl", {"kind": "wear", "case": case.to_json()}, resume=resume))
+            identity = {"kind": "wear", "layout": LAYOUT, "case": case.to_json()}
+            journal = stack.enter_context(Journal(place / f"{case.name}_wear.jsonl", identity, resume=resume))
             state: WearState | None = None
             for state in _states(task, positions, journal, Workers(jobs), threads):
                 safe_point()
