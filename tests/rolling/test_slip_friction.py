@@ -279,7 +279,8 @@ def test_friction_that_begins_near_zero(at_rest: float, slip: float, creepage: f
         "[numerics]\ngrid = 32\n")
     result = solve(case.problem)
     assert result.converged and case.problem.traction_limit == pytest.approx(100.0 * top)
-    assert result.coupled.scalars["force_x_N"] == pytest.approx(force, abs=2e-4 * case.problem.traction_limit)
+    allowed = (1e-5 if slip == 0.1 else 2e-4) * case.problem.traction_limit
+    assert result.coupled.scalars["force_x_N"] == pytest.approx(force, abs=allowed)
 
 
 def test_a_force_is_found_beyond_a_threshold_of_slip() -> None:

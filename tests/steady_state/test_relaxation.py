@@ -194,6 +194,30 @@ def test_bodies_that_relax_alike_but_for_their_times_are_unlike() -> None:
     assert "elastic coupling" in make_plan(other.problem).run
 
 
+@pytest.mark.parametrize("layered", [False, True])
+def test_incompressible_bodies_have_heat(layered: bool) -> None:
+    """Nothing is singular at a Poisson's ratio of one half."""
+    hot = {"conductivity": 0.25, "expansion": 1e-4, "diffusivity": 1.2e-7}
+    found = []
+    for ratio in (0.49999, 0.5):
+        layer = replace(TYRE, poisson_ratio=ratio, **hot)
+        upper = replace(on_steel(layer), **hot) if layered else replace(TREAD, poisson_ratio=ratio, **hot)
+        problem = roller(replace(STEEL, **hot), upper, creepage_x=0.003, load=20.0, grid=(16, 16))
+        found.append(scalars(replace(problem, heating=Heating(deformation=not layered))))
+    for name in ("temperature_rise_max_upper_K", "hysteresis_W", "contact_area_mm2"):
+        assert found[1][name] == pytest.approx(found[0][name], rel=2e-3), name
+    assert found[1]["force_x_N"] == pytest.approx(found[0]["force_x_N"], abs=1e-3 * problem.traction_limit)
+
+
+def test_elastic_bodies_pay_nothing() -> None:
+    """No memory is asked for, and influence tables have real symbols."""
+    for upper in (replace(TREAD, relaxation=()), on_steel(replace(TYRE, relaxation=()))):
+        derived = DerivedQuantities(roller(upper=upper, creepage_x=0.003))
+        grid = Discretisation(derived, (16, 16), 2.2)
+        assert derived.relaxing is None
+        assert grid.pressure.solver._kernel.dtype == np.float64
+
+
 def test_crowned_rollers_relax() -> None:
     """A logarithmic crown: the contact leads, and its pressure rises at no end."""
     geometry = Geometry(math.inf, math.inf, 0.05, math.inf, upper_profile=Profile(length=0.02, drop=1e-4))

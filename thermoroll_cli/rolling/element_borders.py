@@ -109,7 +109,7 @@ def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class EdgeCompliance:
-    """K on a bounding box (n, m), components xx, yy, xy in `k` (3, n, m), and the same of the trailing border only. Almost all
+    """K on a bounding box (n, m), components xx, yy, xy in `k` (3, n, m), and that of the trailing border only. Almost all
     of K is zero, but picking the other elements takes longer than multiplying all.
 
     `partial` marks partly covered elements, `crossed` those in which a neutral line outweighs the compliance of the element;
@@ -172,15 +172,16 @@ def edge_compliance(
         trailing &= ~known
     neutral = interlayer = None
     crossed = np.zeros_like(contact)
-    if variation is not None:
-        own = float(np.mean(gradient.self_gradient))
-        neutral, crossed = neutral_compliance(variation, bound if at_slip is None else at_slip, own)
-        k[:2] += neutral
     if gradient.compliance.interlayer:
         interlayer = interlayer_ends(covered, contact, gradient.compliance.interlayer, dx, gradient.weights,
                                      options.smallest_cover)
         k[:2] += interlayer
-    return EdgeCompliance(k, k * trailing, partial, crossed, neutral, interlayer)
+    of_trailing = k * trailing
+    if variation is not None:
+        own = float(np.mean(gradient.self_gradient))
+        neutral, crossed = neutral_compliance(variation, bound if at_slip is None else at_slip, own)
+        k[:2] += neutral
+    return EdgeCompliance(k, of_trailing, partial, crossed, neutral, interlayer)
 
 
 def block_product(block: Iterable[AnyArray], v: AnyArray) -> AnyArray:
