@@ -60,11 +60,6 @@ class EllipseSolver:
         """The contact that is solved for."""
         return self._grids[-1].derived.problem
 
-    @property
-    def unit_creepages(self) -> tuple[float, float]:
-        """The creepage with ξ' = 1 and the spin with φ' = 1 (rad/m) of `problem`."""
-        return self._grids[-1].units
-
     def solve(self, creepages: Array) -> tuple[Array, Array]:
         """`QUANTITIES` (4, n) for the scaled creepages ξ', η', φ' of (3, n), and the estimated errors of the forces over μW,
         (n,); nan where a solution has not converged."""
@@ -101,7 +96,7 @@ class _OneGrid:
         self._x, self._y = np.broadcast_arrays(x, y)
         one, zero = np.ones(window.shape), np.zeros(window.shape)
         unit = derived.problem.traction_limit / (derived.problem.lower.shear_modulus * derived.scales.mean_radius**2)
-        self.units = unit, turn = unit, unit / derived.scales.mean_radius
+        turn = unit / derived.scales.mean_radius
         self._unit_slips = np.array([[unit * one, zero], [zero, unit * one], [-turn * self._y, turn * self._x]])
 
     def continued(self, coarse: _OneGrid, tractions: Array) -> Array:

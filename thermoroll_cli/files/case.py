@@ -100,13 +100,13 @@ class Case:
         return cls(name, tomli_w.dumps(given), *validate(CaseSource("from_dict", "", given, located=False)))
 
     @classmethod
-    def from_json(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
+    def from_json(cls, text: str, *, name: str = "case") -> Case:
         """The case that `to_json` wrote, of this version or an earlier one.
 
         Parameters:
 
         - `text`: strict JSON, as in `Result.case_json`;
-        - `name`, `overrides`: as of `parse`.
+        - `name`: as of `parse`.
 
         Raises CaseError if the text is no case or an invalid one.
         """
@@ -120,7 +120,7 @@ class Case:
                     content.setdefault(new_table, {})[new_key] = content[table].pop(key)
         except (ValueError, KeyError, TypeError, AttributeError):
             raise CaseError([Finding("no resolved case in it", source=name)]) from None
-        return cls.parse(tomli_w.dumps(content), name=name, overrides=overrides)
+        return cls.parse(tomli_w.dumps(content), name=name)
 
     @classmethod
     def of(cls, case: Case | Mapping[str, Any] | str | os.PathLike[str]) -> Case:

@@ -184,20 +184,28 @@ def _friction_places(friction: model.FrictionTable, load: model.LoadTable, secti
     if load.friction_coefficient is None and not (
             friction.over_angle or friction.across or (wheelset is not None and all(side in sides for side in needed))):
         yield Conflict(("load", "friction_coefficient"), "is missing", "0 to 2", at_key=True)
-    for path, points, low, high, unit in (
-            (("friction", "across"), friction.across, -1e9, 1e9, "mm"),
-            (("friction", "over_angle"), friction.over_angle, -180.0, 180.0, "degrees"),
-            *((("friction", side, "over_angle"), own.over_angle, -180.0, 180.0, "degrees") for side, own in sides.items())):
-        before = -math.inf
-        for number, (place, coefficient) in enumerate(points or [], 1):
-            if not (place > before and low <= place <= high):
-                yield Conflict(path, f"point {number}: {place:g} {unit} does not lie above {before:g} {unit}" if place <= before
-                               else f"point {number}: {place:g} {unit}", f"increasing, from {low:g} to {high:g} {unit}")
-                break
-            if not 0.0 <= coefficient <= MOST_FRICTION:
-                yield Conflict(path, f"point {number}: coefficient {coefficient:g}", f"from 0 to {MOST_FRICTION:g}")
-                break
-            before = place
+    for path, points, end, unit in (
+            (("friction", "across"), friction.across, 1e9, "mm"),
+            (("friction", "over_angle"), friction.over_angle, 180.0, "degrees"),
+            *((("friction", side, "over_angle"), own.over_angle, 180.0, "degrees") for side, own in sides.items())):
+        yield from _curve(path, points or [], (-end, end), unit, f"increasing, from {-end:g} to {end:g} {unit}")
+
+
+def _curve(
+    path: KeyPath, points: list[list[float]], ends: tuple[float, float], unit: str, allowed: str,
+    words: str = "coefficient", most: float = MOST_FRICTION,
+) -> Iterator[Conflict]:
+    """The first fault of pairs [place, value]: places increase between the `ends`, values (`words`) are 0 to `most`."""
+    before = -math.inf
+    for number, (place, value) in enumerate(points, 1):
+        if not (place > before and ends[0] <= place <= ends[1]):
+            below = f" does not lie above {before:g} {unit}" if place <= before else ""
+            yield Conflict(path, f"point {number}: {place:g} {unit}{below}", allowed)
+            return
+        if not 0.0 <= value <= most:
+            yield Conflict(path, f"point {number}: {words} {value:g}", f"from 0 to {most:g}")
+            return
+        before = place
 
 
 def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Iterator[Conflict]:
@@ -225,15 +233,7 @@ def _friction_points(points: list[list[float]], at_rest: float, of: str) -> Iter
     elif points and not math.isclose(points[0][1], at_rest):
         yield Conflict(path, f"has {points[0][1]:g} without slip, but {of} is {at_rest:g}",
                        "the same coefficient without slip", other=("load", "friction_coefficient"))
-    speed_before = -math.inf
-    for number, (speed, coefficient) in enumerate(points, 1):
-        if not speed > speed_before:
-            yield Conflict(path, f"point {number}: slip speed {speed:g} m/s does not lie above {speed_before:g} m/s", allowed)
-            return
-        if not (math.isfinite(speed) and 0.0 <= coefficient <= MOST_FRICTION):
-            yield Conflict(path, f"point {number}: coefficient {coefficient:g}", f"from 0 to {MOST_FRICTION:g}")
-            return
-        speed_before = speed
+    yield from _curve(path, points, (-math.inf, math.inf), "m/s", allowed)
 
 
 def _interlayer(layer: model.InterlayerTable) -> Iterator[Conflict]:
@@ -368,14 +368,8 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
 
 
 def _wear_regimes(path: KeyPath, points: list[list[float]]) -> Iterator[Conflict]:
-    before = 0.0
-    for number, (work, rate) in enumerate(points, 1):
-        if not (before < work <= 1e9):
-            yield Conflict(path, f"point {number}: {work:g} N/mm2 does not lie above {before:g} N/mm2",
-                           "pairs [T_gamma/A, rate], T_gamma/A increasing from above 0 to 1e9")
-        if not 0.0 <= rate <= 1e6:
-            yield Conflict(path, f"point {number}: rate {rate:g}", "a rate from 0 to 1e6 mm3/(N m)")
-        before = work
+    yield from _curve(path, points, (math.ulp(0.0), 1e9), "N/mm2",
+                      "pairs [T_gamma/A, rate], T_gamma/A increasing from above 0 to 1e9", "rate", 1e6)
     if points and not any(rate > 0.0 for _, rate in points):
         yield Conflict(path, "no point has a rate above 0", "a rate above 0")
 
