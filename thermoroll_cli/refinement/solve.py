@@ -105,16 +105,9 @@ class Solver:
 
     def _discretisation(self, plan: Plan, shape: tuple[int, int], cold: Sequence[Level]) -> Discretisation:
         """The next grid after those of the levels `cold`, with kernels and tables of the last problem where they serve."""
-        derived, coarser = plan.derived, cold[-1].here if cold else None
         last = on_grid(self.last[0], shape, plan.extent)
-        if last is None:
-            return Discretisation(derived, shape, plan.extent, self.threads, self.options, coarser=coarser)
-        before = last.here
-        if before.has_kernels_of(derived, shape, plan.extent):
-            return before.for_problem(derived)
-        start = before.isothermal_pressure.start * (derived.scales.peak_pressure / before.derived.scales.peak_pressure)
-        return Discretisation(derived, shape, plan.extent, self.threads, self.options, coarser=coarser, start=start,
-                              tables=before.responses.tables)
+        return Discretisation(plan.derived, shape, plan.extent, self.threads, self.options,
+                              coarser=cold[-1].here if cold else None, before=last.here if last else None)
 
 
 def _accurate_enough(plan: Plan, levels: list[Level]) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.frictional_heat import Heat, divide
-from thermoroll_cli.heat.heat_response import KeptTables, ThermalResponse
+from thermoroll_cli.heat.heat_response import ThermalResponse
 from thermoroll_cli.numerics.grid import Domain, Grid
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
 from thermoroll_cli.rolling.rolling_gradient import RollingOptions
@@ -54,39 +54,41 @@ class Discretisation:
     """One problem on one grid.
 
     `pressure`, `traction` and `responses` solve its stages; they do not depend on the motion, so problems with the same contact
-    share them (`for_problem`). Each builds its kernels when they are first needed."""
+    share them (`has_kernels_of`). Each builds its kernels when they are first needed."""
+
+    pressure: PressureSolver
+    traction: TractionSolver
+    responses: HeatResponses
 
     def __init__(
         self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1,
         options: SolverOptions | None = None, followed: Domain | None = None, coarser: Discretisation | None = None,
-        start: Array | None = None, tables: KeptTables | None = None,
+        before: Discretisation | None = None,
     ) -> None:
         """`followed` is a domain around a heated contact, at any place; it replaces the one of `extent` semi-axes about the
-        isothermal contact. `coarser` is the next coarser grid; `start` (Pa, (nx, ny)) is a predicted isothermal pressure, and
-        `tables` keeps those of thermal expansion from problem to problem."""
+        isothermal contact. `coarser` is the next coarser grid; `before` the same grid of another problem, whose solvers are
+        taken where they serve; else its isothermal pressure predicts this one, and its tables of thermal expansion are kept."""
         self.derived, self.extent, self.threads, self.followed = derived, extent, threads, followed
         self.options = options or SolverOptions()
         self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
-        self.pressure: PressureSolver = PressureSolver(
+        self._heats: list[tuple[Traction, Heat]] = []
+        if before is not None and before.has_kernels_of(derived):
+            self.pressure, self.traction, self.responses = before.pressure, before.traction, before.responses
+            return
+        start = None if before is None else (
+            before.isothermal_pressure.start * (derived.scales.peak_pressure / before.derived.scales.peak_pressure))
+        self.pressure = PressureSolver(
             derived, self.grid, None if followed else extent, self.options.tolerances.normal,
             whole_elements=self.options.whole_elements, coarser=None if coarser is None else coarser.pressure,
             start=start)
-        self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling,
-                                                         derived.coatings, derived.relaxing)
-        self.responses: HeatResponses = HeatResponses(self.grid, tables)
-        self._heats: list[tuple[Traction, Heat]] = []
+        self.traction = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling, derived.coatings,
+                                       derived.relaxing)
+        self.responses = HeatResponses(self.grid, None if before is None else before.responses.tables)
 
-    def has_kernels_of(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:
-        """True if the solvers also serve another problem: same bodies, same contact without heat, same grid."""
-        return (self.grid.shape == shape and self.extent == extent and _same_contact(self.derived, derived)
-                and self.derived.shear_compliance == derived.shear_compliance
+    def has_kernels_of(self, derived: DerivedQuantities) -> bool:
+        """True if the solvers also serve another problem on this grid: same bodies, same contact without heat."""
+        return (_same_contact(self.derived, derived) and self.derived.shear_compliance == derived.shear_compliance
                 and self.derived.coupling_constant == derived.coupling_constant)
-
-    def for_problem(self, derived: DerivedQuantities) -> Discretisation:
-        """Another problem with the solvers of this one (see `has_kernels_of`)."""
-        other = Discretisation(derived, self.grid.shape, self.extent, self.threads, self.options, self.followed)
-        other.pressure, other.traction, other.responses = self.pressure, self.traction, self.responses
-        return other
 
     @property
     def isothermal_pressure(self) -> Pressure:
