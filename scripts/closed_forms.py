@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from scripts.problems import STEEL, elastic, ellipse, rolling
+from tests.support.problems import STEEL, elastic, ellipse, rolling
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.heated_sphere import heated_sphere

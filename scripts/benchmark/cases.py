@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from scripts.problems import spin_ellipse
+from tests.support.problems import spin_ellipse
 from thermoroll_cli import Case
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem
 from thermoroll_cli.problem.result import Result
@@ -31,7 +31,7 @@ MECHANICAL = tuple(FINE_REFERENCE)
 HOT = "article_4_1"
 """The article's thermally coupled case."""
 SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}
-"""Elliptic contacts, by a0/b0, in which spin makes most of the slip: references for tests (`scripts.problems.spin_ellipse`)."""
+"""Elliptic contacts, by a0/b0, in which spin makes most of the slip: references for tests (`problems.spin_ellipse`)."""
 
 FORCES = ("force_x_N", "force_y_N")
 COUPLED_SCALARS = ("Q_F_W", "force_x_N", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K")

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.problems import ellipse, on_grid
+from tests.support.problems import ellipse, on_grid
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result

@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[2]
 SMALLER = (
     (r"(=[\d.]+:[\d.]+):\d+", r"\1:2"),  # two values of each key
     (r" --jobs \d+", ""),
+    (r"(-o (?:heavier|fig12|strength|loads|map)\b|--resume)", r"\1 --no-plots"),
     (r"(table(?: build)? -o \S+)", r"\1 --aspect 0.8,1.25 --accuracy 1e-2 --nodes 5,5,5 --checks 2"),
     (r"for v in 50 100 200", "for v in 50"),
     (r"numerics.grid=\d+", "numerics.grid=16"),

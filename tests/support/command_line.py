@@ -48,8 +48,9 @@ COMMAND = [str(ENTRY_POINT)] if ENTRY_POINT.exists() else [sys.executable, "-m",
 WARNINGS: dict[str, str] = {}
 """Variables that have a command take warnings for errors, if pytest does (`-W error`)."""
 
-PATIENCE = 300.0
-"""Seconds after which a process that should have ended is given up: far more than it takes on a machine that is busy."""
+PATIENCE = 1800.0
+"""Seconds after which a process that should have ended is given up: against those that hang alone. A script of ten processor
+seconds has taken three minutes on a machine that was busy otherwise."""
 
 
 def thermoroll(

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scripts.problems import (
+from tests.support.problems import (
     MECHANICAL,
     STEEL,
     Saturation,

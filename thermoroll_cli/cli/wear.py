@@ -77,7 +77,7 @@ def wear(
     last, steps = done.rows[-1], len(done.rows) - 1
     if as_json:
         streams.write_json({"name": read.name, "status": "not_converged" if done.reason else "converged", "reason": done.reason,
-                            "steps": steps, **_plain(last), "files": files})
+                            "steps": steps, **last, "files": files})
     elif not quiet:
         streams.write(*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in _last_rows(done)))
         streams.write(f"  {steps} steps; wrote {', '.join(files)}")
@@ -109,11 +109,6 @@ def _section(done: Evolution) -> Section:
         pictures=page.pictures_of(lambda folder, formats: _drawn(done, folder, formats)), case=done.case.text,
         method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change by bounded steps, "
         "and after each the contact is solved again.")  # fmt: skip
-
-
-def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row without nan, which JSON does not know."""
-    return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()}
 
 
 def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]:

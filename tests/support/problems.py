@@ -1,4 +1,4 @@
-"""Problems that scripts and tests have in common: spheres and ellipsoids of steel, the article's hot case."""
+"""Problems that tests and scripts have in common: spheres and ellipsoids of steel, the article's hot case."""
 
 from __future__ import annotations
 
