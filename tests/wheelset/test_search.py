@@ -11,7 +11,7 @@ from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.curves import ProfileCurve
 from thermoroll_cli.wheelset.first_contact import wheelset_warnings
 from thermoroll_cli.wheelset.kinematics import Slip, creepages, directions
-from thermoroll_cli.wheelset.patch_surface import PatchSurface
+from thermoroll_cli.wheelset.patch_surface import patches_of
 from thermoroll_cli.wheelset.placement import Position, WheelSide, locus
 from thermoroll_cli.wheelset.search import Facing
 
@@ -28,16 +28,16 @@ def test_places_angles_and_creepages_are_those_of_contact():
     for case in separate():
         facing, motion = facing_beside(case)
         side = side_of(case)
-        regions = facing.regions()
-        assert len(regions) == len(case["contact"]["patches"]), case["name"]
-        for patch in case["contact"]["patches"]:
-            region = min(regions, key=lambda region: abs(region.y - 1e-3 * side * patch["y_tr"]))
-            on_wheel = region.place + region.overlap * directions(region.angle)[2]
-            c = creepages(Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel)), on_wheel, region.angle)
+        found = patches_of(facing, curved=False)
+        assert len(found) == len(case["contact"]["patches"]), case["name"]
+        for theirs in case["contact"]["patches"]:
+            patch = min(found, key=lambda patch: abs(patch.y - 1e-3 * side * theirs["y_tr"]))
+            on_wheel = patch.place + patch.overlap[0] * directions(patch.angle)[2]
+            c = creepages(Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel)), on_wheel, patch.angle)
             seen.append(np.abs([
-                1e3 * region.x - patch["x_tr"], 1e3 * region.y - side * patch["y_tr"], 1e3 * region.z - patch["z_tr"],
-                region.angle - side * patch["angle_rad"],
-                c[0] - patch["cksi"], c[1] - side * patch["ceta"], 1e-3 * c[2] - side * patch["cphi_rad_mm"],
+                1e3 * patch.x - theirs["x_tr"], 1e3 * patch.y - side * theirs["y_tr"], 1e3 * patch.z - theirs["z_tr"],
+                patch.angle - side * theirs["angle_rad"],
+                c[0] - theirs["cksi"], c[1] - side * theirs["ceta"], 1e-3 * c[2] - side * theirs["cphi_rad_mm"],
             ]))  # fmt: skip
     # Millimetres, radians (CONTACT prints 1e-4) and creepages.
     assert (np.max(seen, axis=0) < [0.003, 0.003, 0.003, 1e-4, 1.2e-5, 6e-6, 1e-6]).all(), np.max(seen, axis=0)
@@ -47,7 +47,7 @@ def test_places_angles_and_creepages_are_those_of_contact():
 def test_two_regions_where_contact_finds_one_or_two():
     for name in ("A2.2 right y=5.0 joined", "A2.2 right y=5.0 apart"):
         facing, _ = facing_beside(case_named(name))
-        left, right = facing.regions()
+        left, right = patches_of(facing, curved=True)
         assert left.high < left.ridges[1] == right.ridges[0] < right.low
         assert right.low - left.high > 1e-3
 
@@ -71,13 +71,12 @@ def test_the_locus_is_the_silhouette_of_the_wheel(yaw):
 def test_the_gap_is_the_distance_to_the_wheel_of_revolution():
     """Points at the gap's distance along the normals lie on the wheel, and over x the gap is smallest on the locus."""
     facing, _ = facing_beside(case_named("A2.2 right y=8.0"))
-    (region,) = facing.regions()
     for curved in (True, False):
-        patch = PatchSurface(facing, region, curved)
+        (patch,) = patches_of(facing, curved=curved)
         overlap, place = patch.overlap
-        assert overlap == pytest.approx(region.overlap, rel=5e-3)
+        assert overlap == pytest.approx(float((-facing.gap * np.cos(facing.angle)).max()), rel=5e-3)
         s = place + np.linspace(-2e-3, 2e-3, 9)
-        x = region.x + np.linspace(-6e-3, 6e-3, 2001)
+        x = patch.x + np.linspace(-6e-3, 6e-3, 2001)
         gap = patch.gap(x, s)
         np.testing.assert_allclose(gap.min(axis=0), patch.gap_on_locus(s), atol=2e-11)
         base, angle = patch.places(s), patch.inclination(s)
@@ -91,11 +90,10 @@ def test_the_gap_is_the_distance_to_the_wheel_of_revolution():
 
 def test_a_plane_and_a_curved_patch_agree_for_small_angles():
     facing, _ = facing_beside(case_named("A2.2 left y=4.0"))
-    (region,) = facing.regions()
+    (plane,), (curved,) = (patches_of(facing, curved=curved) for curved in (False, True))
     s, x = np.linspace(-3e-3, 3e-3, 7), np.linspace(-3e-3, 3e-3, 5)
-    plane, curved = (PatchSurface(facing, region, curved).gap(x, s) for curved in (False, True))
-    np.testing.assert_allclose(curved, plane, atol=2e-7)
-    assert np.ptp(PatchSurface(facing, region, True).inclination(s)) == pytest.approx(0.0116, abs=1e-3)
+    np.testing.assert_allclose(curved.gap(x, s), plane.gap(x, s), atol=2e-7)
+    assert np.ptp(curved.inclination(s)) == pytest.approx(0.0116, abs=1e-3)
 
 
 def test_a_corner_of_a_profile_stays_a_corner():

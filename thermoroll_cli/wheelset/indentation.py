@@ -43,7 +43,7 @@ class Indentation:
 
     def moved(self, position: Position) -> tuple[float, float]:
         """(dy, dz) in m by which the wheel's material at the patch has moved if the wheelset is at `position`."""
-        before, radius, there = self.patch.facing.position, self.patch.facing.wheel.radius, self.patch.region.place
+        before, radius, there = self.patch.facing.position, self.patch.facing.wheel.radius, self.patch.place
         turned = position.rotation @ (before.rotation.T @ (there - before.origin(radius))) + position.origin(radius) - there
         return float(turned[1]), float(turned[2])
 

@@ -11,7 +11,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.roots import RisingRoot
 from thermoroll_cli.wheelset.indentation import Indentation
-from thermoroll_cli.wheelset.patch_surface import PatchSurface
+from thermoroll_cli.wheelset.patch_surface import PatchSurface, patches_of
 from thermoroll_cli.wheelset.placement import Position
 from thermoroll_cli.wheelset.search import Facing
 
@@ -59,7 +59,7 @@ class Bearing:
     def lateral(self) -> float:
         """Lateral force over the load, as of a right wheel, without the forces along the track: friction makes up the
         difference of `vertical` from the vertical part of the load."""
-        angle = self.patch.region.angle
+        angle = self.patch.angle
         sine, cosine = math.sin(angle), math.cos(angle)
         return (self.vertical - cosine) * cosine / sine - sine
 
@@ -111,8 +111,7 @@ class WheelOnRail:
         if self._facing is not None and replace(self._facing.position, z=0.0) == replace(position, z=0.0):
             facing = self._facing
         self._facing = facing.lowered(position.z - facing.position.z)
-        patches = [PatchSurface(self._facing, region, self.curved) for region in self._facing.regions()]
-        patches = [patch for patch in patches if patch.faces and patch.overlap[0] > 0.0]
+        patches = [patch for patch in patches_of(self._facing, curved=self.curved) if patch.faces and patch.overlap[0] > 0.0]
         before = self._indentations if len(patches) == len(self._indentations) else [None] * len(patches)
         self._indentations = [Indentation(patch, self.contact_modulus, None if last is None else last.pressure)
                               for patch, last in zip(patches, before, strict=True)]
@@ -121,7 +120,7 @@ class WheelOnRail:
 
     def _compliance(self) -> Array:
         """1/(π E* d_ij) between the patches in m/N, (n, n); 0 of each to itself."""
-        points = np.array([indentation.patch.region.place for indentation in self._indentations]).reshape(-1, 3)
+        points = np.array([indentation.patch.place for indentation in self._indentations]).reshape(-1, 3)
         away = np.linalg.norm(points[:, None] - points, axis=-1)
         away[np.diag_indices(len(points))] = math.inf
         return np.asarray(1.0 / (math.pi * self.contact_modulus * away))
@@ -131,11 +130,11 @@ def _known(patch: PatchSurface, solved: Sequence[Bearing]) -> tuple[float, float
     """Vertical force over the load, and approach over that of the coarse grid, of the bearing nearest to a patch; without one
     near it, as without friction."""
     def away(bearing: Bearing) -> float:
-        return abs(bearing.patch.region.y - patch.region.y)
+        return abs(bearing.patch.y - patch.y)
 
     near = min(solved, key=away, default=None)
     if near is None or away(near) >= SAME_PATCH:
-        return math.cos(patch.region.angle), 1.0
+        return math.cos(patch.angle), 1.0
     return near.vertical, near.over_coarse
 
 

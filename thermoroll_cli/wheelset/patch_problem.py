@@ -30,19 +30,19 @@ VIRTUAL = 0.55
 
 def slip_on(bearing: Bearing, motion: MotionOfWheelset) -> Slip:
     """The rigid motion over a patch of a right wheel; slip counts from the wheel's own undeformed surface."""
-    region, facing = bearing.patch.region, bearing.patch.facing
-    on_wheel = region.place + bearing.patch.overlap[0] * directions(region.angle)[2]
+    patch, facing = bearing.patch, bearing.patch.facing
+    on_wheel = patch.place + patch.overlap[0] * directions(patch.angle)[2]
     return Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel.tolist()))
 
 
 def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelset) -> Problem:
     """`contact` with the geometry, the load and the creepages of a patch of a right wheel."""
-    patch, region = bearing.patch, bearing.patch.region
+    patch = bearing.patch
     s, lowest, x_lowest, fitted = patch.table
     slip = slip_on(bearing, motion)
-    c_x, c_s, c_phi = creepages(slip, np.array(slip.place), region.angle)
+    c_x, c_s, c_phi = creepages(slip, np.array(slip.place), patch.angle)
     angle = patch.inclination(s)
-    turned = angle - region.angle
+    turned = angle - patch.angle
     lateral = patch.lateral(s)
     w = slip.velocity(patch.wheel_points(s))
     along_s = np.cos(angle) * w[:, 1] + np.sin(angle) * w[:, 2]
@@ -54,7 +54,7 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     # An approach closes the gap by its part along the normal: that of the bearing must lead to the gap at its height.
     lowest = lowest + patch.overlap[0] - bearing.sunk * (1.0 - np.cos(turned))
     # Against the track: y = −s.
-    columns = {"y": -s, "lateral": -lateral, "angle": turned, "gap_lowest": lowest, "x_lowest": region.x - x_lowest,
+    columns = {"y": -s, "lateral": -lateral, "angle": turned, "gap_lowest": lowest, "x_lowest": patch.x - x_lowest,
                "curvature": 2.0 * fitted[0], "cubic": -fitted[1], "quartic": fitted[2],
                "slip_x": slips[0], "slip_y": slips[1], "spin": slips[2]}
     rows: dict[str, Any] = {name: tuple(column[::-1].tolist()) for name, column in columns.items()}
@@ -145,7 +145,7 @@ class SolvedPatch:
         surface = self.bearing.patch
         across, normal = ((self.error_of("contact_force_y_N"), self.error_of("contact_force_z_N")) if surface.curved else
                           (self.error_of("force_y_N"), 0.0))
-        sine, cosine = abs(math.sin(surface.region.angle)), abs(math.cos(surface.region.angle))
+        sine, cosine = abs(math.sin(surface.angle)), abs(math.cos(surface.angle))
         return np.array([self.error_of("force_x_N"), cosine * across + sine * normal, sine * across + cosine * normal])
 
     def _nearest(self, places: Array) -> tuple[int, float]:
@@ -157,7 +157,7 @@ class SolvedPatch:
 
 def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, result: Result) -> SolvedPatch:
     """Forces of a patch from its `result`. Those of the solver are extrapolated; its fields say where they act."""
-    patch, region, state = bearing.patch, bearing.patch.region, result.coupled
+    patch, state = bearing.patch, result.coupled
     scalars, s = state.scalars, -state.y
     slip = slip_on(bearing, motion)
     area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
@@ -166,8 +166,8 @@ def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, res
     x_centre, s_centre = float(pressure.sum(axis=1) @ state.x) / load, float(pressure.sum(axis=0) @ s) / load
     at = np.array([s_centre])
     angle = float(patch.inclination(at)[0])
-    centre = patch.places(at)[0] + np.array([region.x - x_centre, 0.0, 0.0])
-    _, e_across, e_normal = directions(region.angle)
+    centre = patch.places(at)[0] + np.array([patch.x - x_centre, 0.0, 0.0])
+    _, e_across, e_normal = directions(patch.angle)
     force = np.array([scalars["force_x_N"], 0.0, 0.0])
     if patch.curved:
         force = force + scalars["contact_force_y_N"] * e_across + scalars["contact_force_z_N"] * e_normal
@@ -182,6 +182,6 @@ def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, res
     moment = np.cross(arms, on_wheel).sum(axis=(0, 1))
     axle = patch.facing.position.rotation[:, 1]
     local = (creepages(slip, patch.wheel_points(at)[0] - np.array([x_centre, 0.0, 0.0]), angle) if patch.curved
-             else creepages(slip, np.array(slip.place), region.angle))
+             else creepages(slip, np.array(slip.place), patch.angle))
     return SolvedPatch(side, bearing, result, tuple(centre.tolist()), angle, tuple(force.tolist()), float(axle @ moment),
                        slip.power(on_wheel.sum(axis=(0, 1)), moment), local)

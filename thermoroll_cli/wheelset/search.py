@@ -1,8 +1,7 @@
-"""Regions in which the undeformed wheel and rail overlap, found from their outlines across the track."""
+"""An undeformed wheel over its rail, as outlines across the track."""
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,31 +11,6 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.curves import STEP, Outline, outline
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide, locus
-
-WEIGHT = 2.5
-"""Exponent of the vertical overlap in the mean over y that gives the reference point of a plane and its inclination, that of
-the rail: the integral over x of the squared overlap (Vollebregt 2020, Vehicle System Dynamics 60). Along normals and over arc
-length the means differ, by 0.1 rad for a contact that reaches from the gauge corner to the flange."""
-
-
-@dataclass(frozen=True)
-class Region:
-    """An overlap over `low` ≤ y ≤ `high` (m), up to `overlap` (m, along the normal); beyond `ridges` its neighbours or nothing
-    lie. Its reference point is at `x`, `y`, `z` (m, track axes), where the rail has the inclination `angle` (rad)."""
-
-    low: float
-    high: float
-    ridges: tuple[float, float]
-    overlap: float
-    x: float
-    y: float
-    z: float
-    angle: float
-
-    @property
-    def place(self) -> Array:
-        """The reference point, (3,)."""
-        return np.array([self.x, self.y, self.z])
 
 
 @dataclass(frozen=True)
@@ -93,23 +67,3 @@ class Facing:
     def clearance(self) -> float:
         """Height by which the wheel must go down to touch the rail, in m."""
         return float(self.gap.min())
-
-    def regions(self) -> list[Region]:
-        """All overlaps in order of y."""
-        gap = self.gap
-        y = self.outlines[0].y
-        inside = np.flatnonzero(gap < 0.0)
-        if not len(inside):
-            return []
-        runs = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1)
-        bounds = [0, *(int(a[-1] + np.argmax(gap[a[-1] : b[0] + 1])) for a, b in itertools.pairwise(runs)), len(y) - 1]
-        regions, (rail, wheel) = [], self.outlines
-        for k, run in enumerate(runs):
-            share = (-gap[run]) ** WEIGHT
-            share = share / share.sum()
-            middle = float(share @ y[run])
-            regions.append(Region(
-                float(y[run[0]]), float(y[run[-1]]), (float(y[bounds[k]]), float(y[bounds[k + 1]])),
-                float((-gap[run] * np.cos(self.angle[run])).max()), x=float(share @ wheel.of(self.locus[0])[run]), y=middle,
-                z=float(np.interp(middle, y, rail.z)), angle=float(share @ self.angle[run])))
-        return regions

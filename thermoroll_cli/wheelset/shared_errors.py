@@ -40,7 +40,7 @@ def shared_errors(solved: SolvedWheelset) -> SharedErrors:
     for group in _carriers(solved):
         together = sum(stiffness[k] for k in group)
         if finds_height:
-            lowered = sum(stiffness[k] * math.cos(patches[k].bearing.patch.region.angle) for k in group)
+            lowered = sum(stiffness[k] * math.cos(patches[k].bearing.patch.angle) for k in group)
             heights.append(sum(stiffness[k] * estimated[k] for k in group) / lowered)
         for i in group:
             others = sum(stiffness[j] * (approach[j] + approach[i]) for j in group if j != i) / together

@@ -138,7 +138,7 @@ class _Search:
         for side, bearings in self.standing.bearings.items():
             mine = motion if side == "right" else motion.mirrored
             for bearing in bearings:
-                solver = self._solver(side, bearing.patch.region.y, rough=problem is not self.problem)
+                solver = self._solver(side, bearing.patch.y, rough=problem is not self.problem)
                 result = solver.solve(problem_of_patch(problem.contact, bearing, mine))
                 patches.append(solved_patch(side, bearing, mine, result))
         self.patches = tuple(patches)
@@ -214,13 +214,13 @@ class _Search:
 
     def _too_little(self, cause: NoHeight) -> str:
         wanted, depth = f"vertical_N = {self.problem.vertical:.4g} N", f"down to {1e3 * DEEPEST:g} mm below first contact"
-        steepest = max(cause.bearings, key=lambda bearing: abs(bearing.patch.region.angle), default=None)
+        steepest = max(cause.bearings, key=lambda bearing: abs(bearing.patch.angle), default=None)
         if steepest is None:
             return f"no patch carries {wanted}, {depth}: the profiles meet at sharp ends alone"
         reason = f"the wheels carry {cause.largest:.4g} N at most, not {wanted}, {depth}"
         if cause.largest <= 0.0:
             reason = f"the wheels carry {wanted} at no height, {depth}"
-        angle, friction = abs(steepest.patch.region.angle), self._friction_of(steepest)
+        angle, friction = abs(steepest.patch.angle), self._friction_of(steepest)
         lateral, vertical, slope = abs(steepest.lateral) * steepest.load, steepest.vertical * steepest.load, math.tan(angle)
         limit = (slope - friction) / (1.0 + friction * slope)
         if vertical > 0.0 and not 0.0 < limit < lateral / vertical:
@@ -233,8 +233,8 @@ class _Search:
 
     def _friction_of(self, bearing: Bearing) -> float:
         """Coefficient of friction of a patch, at the slip that was found if it depends on it."""
-        y = bearing.patch.region.y
-        near = min(self.patches, key=lambda patch: abs(patch.bearing.patch.region.y - y), default=None)
+        y = bearing.patch.y
+        near = min(self.patches, key=lambda patch: abs(patch.bearing.patch.y - y), default=None)
         found = math.nan if near is None else near.result.coupled.scalars.get("friction_mean", math.nan)
         return friction_of(self.problem.contact, bearing).coefficient if math.isnan(found) else found
 

@@ -17,7 +17,7 @@ from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale
 from thermoroll_cli.wheelset.first_contact import wheelset_warnings
 from thermoroll_cli.wheelset.patch_problem import SolvedPatch
-from thermoroll_cli.wheelset.patch_surface import PatchSurface
+from thermoroll_cli.wheelset.patch_surface import patches_of
 from thermoroll_cli.wheelset.shared_errors import SharedErrors, shared_errors
 from thermoroll_cli.wheelset.solve_wheelset import Report, SolvedWheelset, Solvers, balanced
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
@@ -126,9 +126,9 @@ def _left_out(solved: SolvedWheelset) -> Iterator[str]:
     for side in problem.sides:
         facing = problem.facing(side, standing.roll)
         facing = facing.lowered(standing.height - facing.position.z)
-        for region in facing.regions():
-            if not PatchSurface(facing, region, problem.curved).faces:
-                yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * region.y:.4g} mm, at the sharp "
+        for patch in patches_of(facing, curved=problem.curved):
+            if not patch.faces:
+                yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
                        "end of a profile, where no normal meets both surfaces: this contact is left out")
 
 
