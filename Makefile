@@ -28,7 +28,7 @@ run: install
 	@echo "Pictures: $(CURDIR)/results/article_4_1_*.png, numbers: results/article_4_1.h5"
 
 test: $(VENV)/.installed-test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
 
 format: $(VENV)/.installed-test
 	$(BIN)/ruff format $(PACKAGES)

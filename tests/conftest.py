@@ -24,6 +24,15 @@ def pytest_configure(config: pytest.Config) -> None:
         command_line.WARNINGS["PYTHONWARNINGS"] = "error"
 
 
+LONGEST = ("test_documents_commands", "test_sweep", "test_fit", "test_stress_small", "test_solve_wheelset", "test_faults",
+           "test_documents", "test_sweep_faults", "test_worn", "test_creep_table", "test_run_pictures", "test_coatings")
+"""Files whose tests take longest: processes that share the files begin with them, so that none is left with one at the end."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: LONGEST.index(item.path.stem) if item.path.stem in LONGEST else len(LONGEST))
+
+
 def process_state() -> dict[str, object]:
     """What all tests of one process share and any of them can change: folder, user, signal handlers, environment, new files'
     permissions."""
