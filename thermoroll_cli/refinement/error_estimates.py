@@ -86,11 +86,15 @@ def estimate(
     return safety * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
 
 
-def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], accuracy: float) -> list[str]:
+def missed_accuracy(
+    errors: Mapping[str, float], summary: Mapping[str, float], accuracy: float, interlayer: bool = False
+) -> list[str]:
     """The `ERROR_SCALARS` of one state whose estimated error is above `accuracy`; `summary` has their values.
 
-    A share that sticks of exactly 0 asks for no finer grid: the forces have the effect of the stick that may be unseen."""
-    known = ("gamma_st",) if summary["gamma_st"] == 0.0 else ()
+    A share that sticks of exactly 0 asks for no finer grid, and neither does the strip along the leading edge that sticks over
+    an `interlayer` (0.3 % of the contact where a locomotive slips by 10 %), if it is no wider than its own error: the forces
+    have the effect of the stick that may be unseen."""
+    known = ("gamma_st",) if summary["gamma_st"] <= (errors["gamma_st"] if interlayer else 0.0) else ()
     missed = [name for name in ERROR_SCALARS if errors[name] > accuracy and name not in known]
     return [name for name in missed if name not in TEMPERATURES or errors[name] * error_scale(name, summary) > SMALLEST_ERROR_K]
 

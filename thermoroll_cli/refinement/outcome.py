@@ -57,7 +57,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
             warnings += feedback_warning(derived, rises, last.contact.friction)
     wanted = problem.numerics.accuracy
     if wanted is not None:
-        missed = missed_accuracy(errors, by_level[-1], wanted)
+        missed = missed_accuracy(errors, by_level[-1], wanted, problem.interlayer.compliance > 0.0)
         if missed:
             worst = max(missed, key=lambda k: errors[k])
             elements = last.here.grid.nx

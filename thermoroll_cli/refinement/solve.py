@@ -115,4 +115,4 @@ def _accurate_enough(plan: Plan, levels: list[Level]) -> bool:
     if wanted is None or len(scalars) < 3:
         return False
     errors = estimates(scalars, plan.derived, levels[-1].elements_across, plan)
-    return not missed_accuracy(errors, scalars[-1], wanted)
+    return not missed_accuracy(errors, scalars[-1], wanted, plan.derived.problem.interlayer.compliance > 0.0)
