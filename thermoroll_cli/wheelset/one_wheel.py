@@ -20,9 +20,10 @@ SAME_PATCH = 4e-3
 number changes."""
 SHARE_ROUNDS = 12
 """Steps of Newton's method in which patches that press each other apart share the load: two or three are usual."""
-HARDLY = 1e-2
+HARDLY = 3e-2
 """A wheel that moves by less than this share of its overlap keeps its patches. A patch that appears within it carries no more
-than 1e-3 of the load, and gaps change by the motion along their normals but for a few per cent of it."""
+than 5e-3 of the load, and gaps change by the motion along their normals but for a few per cent of it: forces of the Manchester
+benchmark move by up to 6e-5 of the load, as with a third of this share."""
 SHARED = 1e-5
 """Change of the displacement by neighbours over the overlap at which they have shared it."""
 HEIGHT_ROUNDS = 40

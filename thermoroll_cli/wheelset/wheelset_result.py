@@ -16,6 +16,7 @@ from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale
 from thermoroll_cli.wheelset.first_contact import wheelset_warnings
+from thermoroll_cli.wheelset.one_wheel import SAME_PATCH
 from thermoroll_cli.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.wheelset.patch_surface import patches_of
 from thermoroll_cli.wheelset.shared_errors import SharedErrors, shared_errors
@@ -126,8 +127,9 @@ def _left_out(solved: SolvedWheelset) -> Iterator[str]:
     for side in problem.sides:
         facing = problem.facing(side, standing.roll)
         facing = facing.lowered(standing.height - facing.position.z)
+        solved_at = [patch.bearing.patch.y for patch in solved.patches if patch.side == side]
         for patch in patches_of(facing, curved=problem.curved):
-            if not patch.faces:
+            if min((abs(patch.y - y) for y in solved_at), default=math.inf) > SAME_PATCH and not patch.faces:
                 yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
                        "end of a profile, where no normal meets both surfaces: this contact is left out")
 
@@ -136,8 +138,8 @@ def _turning(patch: SolvedPatch) -> Iterator[str]:
     """Doubts about a patch across which the surface turns far."""
     surface, state = patch.bearing.patch, patch.result.coupled
     s = -state.y[np.asarray(state.fields["pressure"]).any(axis=0)]
-    turn = float(np.ptp(replace(surface, curved=True).inclination(s))) if len(s) else 0.0
-    if turn > WIDEST_PLANE and not surface.curved:
+    turn = float(np.ptp(replace(surface, curved=True).inclination(s))) if len(s) and not surface.curved else 0.0
+    if turn > WIDEST_PLANE:
         yield (f"the surface turns by {turn:.2g} rad across the patch, which lies in a plane: "
                'patches = "curved" follows the surface')
 
