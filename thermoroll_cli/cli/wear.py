@@ -15,7 +15,6 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.worn.follow import Evolution
 from thermoroll_cli.worn.follow import wear as follow
 from thermoroll_cli.worn.steps import ERROR, meaning_of
@@ -49,7 +48,7 @@ def wear(
         read = options.read_case(case, options.parse_overrides(settings))
         with options.solvable(read, str(case)):
             task = read.task
-        asked = (task.contact if isinstance(task, WheelsetProblem) else task).wear
+        asked = task.contact.wear
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
     options.check_writable(output)

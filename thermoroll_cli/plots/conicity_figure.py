@@ -48,8 +48,7 @@ def conicity_figure(found: Conicity, title: str) -> Figure:
     conicity.set(xlabel="amplitude (mm)", ylabel="equivalent conicity", ylim=(0.0, 1.35 * high),
                  xlim=(min(float(amplitudes.min()), at), max(float(amplitudes.max()), at)))
     for axes in (radii, conicity):
-        axes.grid(visible=True)
-        style.few_ticks(axes, 6, 6)
+        style.few_ticks(axes, 6, 6, grid=True)
     for axes, side in zip(profiles, SIDES, strict=True):
         _draw_contacts(axes, found, side)
     style.add_headline(figure, title, note="equivalent conicity after EN 15302")
@@ -82,5 +81,4 @@ def _draw_contacts(axes: Axes, found: Conicity, side: SideName) -> None:
     half = max(0.5 * (max(ends) - min(ends)) + BESIDE, 0.5 * (ABOVE + BELOW))
     axes.set(xlim=(middle - half, middle + half), ylim=(BELOW, -ABOVE), aspect="equal", xlabel="y (mm)", ylabel="z (mm)",
              title=f"{side} wheel")
-    axes.grid(visible=True)
-    style.few_ticks(axes, 5, 5)
+    style.few_ticks(axes, 5, 5, grid=True)

@@ -95,8 +95,7 @@ def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[C
     axes.set_xlim(min(curve.x[0] for curve in curves) * x.factor, max(curve.x[-1] for curve in curves) * x.factor)
     axes.set_ylim(ROOM * low * scale.factor, ROOM * high * scale.factor)
     axes.set_ylabel(scale.label)
-    axes.grid(visible=True)
-    style.few_ticks(axes, 5, 5)
+    style.few_ticks(axes, 5, 5, grid=True)
 
 
 def curves_of(frame: RunFrame, quantity: Quantity) -> list[Curve]:
@@ -161,8 +160,7 @@ def track_figure(frame: RunFrame) -> Figure | None:
     axes.set_xlim(drawn.domain[2] * y.factor, drawn.domain[3] * y.factor)
     axes.set_xlabel(y.label)
     axes.set_ylabel(f"surface temperature ({unit})")
-    axes.grid(visible=True)
-    style.few_ticks(axes, 5, 5)
+    style.few_ticks(axes, 5, 5, grid=True)
     style.add_headline(figure, frame.result.problem.title, frame.result.converged)
     handles: list[Artist] = axes.get_legend_handles_labels()[0]
     style.add_legend(figure, handles)

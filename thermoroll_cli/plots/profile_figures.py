@@ -84,8 +84,7 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
                      label="_" if number else "centre of pressure of a patch")
     axes.set_ylim((low - margin) * depth.factor, (high + margin) * depth.factor)
     axes.set_ylabel(depth.label)
-    axes.grid(visible=True)
-    style.few_ticks(axes, 8, 4)
+    style.few_ticks(axes, 8, 4, grid=True)
 
 
 def draw_wear(

@@ -117,11 +117,13 @@ def unlike(handles: Sequence[Artist]) -> list[Artist]:
     return list({str(handle.get_label()): handle for handle in handles}.values())
 
 
-def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
-    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is)."""
+def few_ticks(axes: Axes, x: int = 0, y: int = 0, *, grid: bool = False) -> None:
+    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is), with a `grid` or without."""
     for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
         if intervals:
             axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
+    if grid:
+        axes.grid(visible=True)
 
 
 def one_line(text: str, length: int) -> str:

@@ -134,8 +134,7 @@ def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, 
             axes.plot([], [], color="0.3", linestyle=style.DASHED, label="without thermal stresses")
     axes.set_ylim(z[-1], 0.0)
     axes.set(xlabel=scale.label, ylabel=lengths.label.replace("x", "z"))
-    axes.grid(visible=True)
-    style.few_ticks(axes, 5, 5)
+    style.few_ticks(axes, 5, 5, grid=True)
 
 
 def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: AxisScale) -> None:
@@ -149,8 +148,7 @@ def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: Axi
         row[1].plot(values.max(axis=1) * scale.factor, stresses.depths * lengths.factor, color=colour, linestyle=dashes,
                     label=f"largest over x: {name}")
     row[1].set(xlabel=rf"largest stress over x, $\sigma/{peak}", ylabel=lengths.label.replace("x", "z"))
-    row[1].grid(visible=True)
-    style.few_ticks(row[1], 5, 5)
+    style.few_ticks(row[1], 5, 5, grid=True)
 
 
 def _heated_depth(stresses: BodyStresses) -> float:
@@ -187,8 +185,7 @@ def strength_figure(frame: RunFrame, body: str) -> Figure | None:
     # Layers may have yields far beyond the diagram.
     right = 1.1e-6 * max(kept["elastic_limit_k"].max(), strength.shear_yield or 0.0) if material.layers else None
     needed.set_xlim(0.0, right)
-    needed.grid(visible=True)
-    style.few_ticks(needed, 5, 5)
+    style.few_ticks(needed, 5, 5, grid=True)
     stress = kept["dang_van"] * 1e-6
     image = fatigue.contourf(frame.last.state.y * across.factor, z, stress, levels=LEVELS, cmap="viridis")
     fatigue.set(xlabel=across.label, ylabel=across.label.replace("y", "z"), ylim=(z[-1], 0.0))

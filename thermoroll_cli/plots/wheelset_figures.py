@@ -71,8 +71,7 @@ def _draw_section(axes: Axes, result: Result, side: str, peak: float) -> None:
     middle = 0.5 * (rail[0].min() + rail[0].max())
     axes.set(xlim=(middle - width, middle + width), ylim=(low, high), aspect="equal", xlabel="y (mm)")
     axes.set_title("\n".join([f"{side} wheel", *(words or ["no contact" if result.converged else "no patch was solved"])]))
-    axes.grid(visible=True)
-    style.few_ticks(axes, 6, 5)
+    style.few_ticks(axes, 6, 5, grid=True)
 
 
 def _draw_comb(axes: Axes, patch: Result, peak: float) -> tuple[float, float]:
@@ -163,7 +162,8 @@ def _few_places(axes: Axes, name: Literal["x", "y"], places: Array, per_mm: floa
     """Ticks that leave room for their labels: on a narrow map two, at about the same distance from the middle, or zero."""
     length = per_mm * float(np.ptp(places))
     if length > 22.0 * style.MM:
-        style.few_ticks(axes, **{name: max(int(length / (11.0 * style.MM)), 2)})
+        most = max(int(length / (11.0 * style.MM)), 2)
+        style.few_ticks(axes, *((most, 0) if name == "x" else (0, most)))
         return
     half = 0.45 * float(np.ptp(places))
     digit = 10.0 ** np.floor(np.log10(half))
@@ -213,8 +213,7 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
     radii.set_ylabel("difference of\nrolling radii (mm)")
     forces.set(ylabel="force on the rail (kN)", xlabel=over)
     for axes in (places, radii, forces):
-        axes.grid(visible=True)
-        style.few_ticks(axes, 10, 5)
+        style.few_ticks(axes, 10, 5, grid=True)
     style.add_headline(figure, title, all(status == "converged" for status in columns["status"]))
     style.add_legend(figure, [*places.get_legend_handles_labels()[0], *forces.get_legend_handles_labels()[0]])
     return figure
