@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from thermoroll_cli.problem.problem import BODIES, Problem
 
@@ -145,12 +145,11 @@ def unit_of(name: str) -> str:
     return next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
 
 
-def _fields(*fields: Field) -> dict[str, Field]:
-    return {field.name: field for field in fields}
+Declared = TypeVar("Declared", Field, Scalar)
 
 
-def _scalars(*scalars: Scalar) -> dict[str, Scalar]:
-    return {scalar.name: scalar for scalar in scalars}
+def _named(*declared: Declared) -> dict[str, Declared]:
+    return {each.name: each for each in declared}
 
 
 def _of_both(name: str, meaning: str, scale: Scale = "value", *, brief: str = "", **others: Any) -> Iterator[Scalar]:
@@ -171,19 +170,11 @@ def _of_tracks(name: str, meaning: str, **others: Any) -> Iterator[Scalar]:
                      **others)
 
 
-def _warm(problem: Problem) -> bool:
-    return problem.heating.bulk_lower != 0.0 or problem.heating.bulk_upper != 0.0
-
-
-def _varying(problem: Problem) -> bool:
-    return problem.friction.law is not None or bool(problem.friction.across)
-
-
 def _falling(problem: Problem) -> bool:
     return problem.friction.law is not None
 
 
-FIELDS = _fields(
+FIELDS = _named(
     Field("pressure", "Pa", "contact pressure"),
     Field("shear_x", "Pa", "shear traction along x", "shear"),
     Field("shear_y", "Pa", "shear traction along y", "shear"),
@@ -205,7 +196,7 @@ FIELDS = _fields(
 )
 """Fields of a state."""
 
-SCALARS = _scalars(
+SCALARS = _named(
     Scalar("Q_F_W", "total frictional heat", listed=True, kind="integral", accurate=True, brief="frictional heat",
            diagram="frictional heat $Q_F$ (W)"),
     Scalar("gamma_c", "contact area / Hertz area", listed=True, kind="relative area", accurate=True, brief="area/Hertz area",
@@ -220,7 +211,8 @@ SCALARS = _scalars(
               kind="diffused mean", brief="mean temperature rise"),
     *_of_both("temperature_rise_centre_{}_K", "temperature rise at the centre of the contact", "temperature",
               kind="diffused", brief="temperature rise at the centre"),
-    *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature", listed=_warm, kind="diffused"),
+    *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature", kind="diffused",
+              listed=lambda problem: bool(problem.heating.bulk_lower or problem.heating.bulk_upper)),
     *_of_both("temperature_interface_max_{}_K", "hottest place below the top layer of a coating", "temperature", listed=True,
               kind="diffused", brief="hottest below the top coating"),
     *_of_tracks("bulk_temperature_{}_K", "mean surface temperature", listed=True),
@@ -275,7 +267,8 @@ SCALARS = _scalars(
     *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True, kind="diffused",
               brief="depth worn off per passage"),
     *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled", kind="worn", brief="volume worn per distance"),
-    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure", listed=_varying,
+    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure",
+           listed=lambda problem: problem.friction.law is not None or bool(problem.friction.across),
            brief="mean coefficient of sliding friction"),
     Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element",
            brief="fall of friction / element stiffness"),
@@ -302,7 +295,7 @@ QUANTITIES = {quantity.name: quantity for quantity in (
 )}  # fmt: skip
 """Quantities that the pictures of a run show, in their order."""
 
-PROBLEM_SCALARS = _scalars(
+PROBLEM_SCALARS = _named(
     Scalar("hertz_a_mm", "Hertz semi-axis along x"),
     Scalar("hertz_b_mm", "Hertz semi-axis along y"),
     Scalar("hertz_p0_MPa", "Hertz peak pressure"),
@@ -321,7 +314,7 @@ PROBLEM_SCALARS = _scalars(
 
 STRESSES = ("stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_xz", "stress_yz")
 
-SUBSURFACE_FIELDS = _fields(
+SUBSURFACE_FIELDS = _named(
     Field("von_mises", "Pa", "von Mises stress"),
     Field("von_mises_elastic", "Pa", "von Mises stress without thermal stresses"),
     Field("temperature_rise", "K", "temperature rise"),
@@ -334,7 +327,7 @@ SUBSURFACE_FIELDS = _fields(
 )
 """Fields inside a body; tension is positive, z points into the body."""
 
-STRENGTH_FIELDS = _fields(
+STRENGTH_FIELDS = _named(
     Field("shakedown_k", "Pa", "shear yield stress that shakedown needs"),
     Field("elastic_shakedown_k", "Pa", "shear yield stress that shakedown needs without thermal stresses"),
     Field("elastic_limit_k", "Pa", "shear yield stress that no von Mises stress exceeds"),
@@ -346,7 +339,7 @@ STRENGTH_FIELDS = _fields(
 )
 """Shakedown and fatigue of a body over depth, and over depth and y."""
 
-STRENGTH_SCALARS = _scalars(*(
+STRENGTH_SCALARS = _named(*(
     Scalar(name.format(body), f"{meaning}, {body} body", scale, listed)  # type: ignore[arg-type]
     for body in BODIES
     for name, meaning, scale, listed in (
@@ -368,7 +361,7 @@ STRENGTH_SCALARS = _scalars(*(
     )
 ))  # fmt: skip
 
-BOND_SCALARS = _scalars(*(
+BOND_SCALARS = _named(*(
     Scalar(f"{name}_max_{body}_MPa", f"{meaning}, {body} body", "stress below", True)
     for body in BODIES
     for name, meaning in (
@@ -379,7 +372,7 @@ BOND_SCALARS = _scalars(*(
 ))  # fmt: skip
 """Stresses that detach or crack coatings."""
 
-SUBSURFACE_SCALARS = STRENGTH_SCALARS | BOND_SCALARS | _scalars(*(
+SUBSURFACE_SCALARS = STRENGTH_SCALARS | BOND_SCALARS | _named(*(
     Scalar(f"{prefix}{name.format(body)}", f"{meaning}{without}, {body} body",
            "stress below" if name.endswith("_MPa") else "place below", listed, diagram="" if prefix else diagram)
     for body in BODIES
@@ -412,7 +405,7 @@ def of_side(name: str, side: str) -> str:
     return f"{name.removesuffix(end)}_{side}{end}"
 
 
-WHEELSET_SCALARS = _scalars(
+WHEELSET_SCALARS = _named(
     Scalar("height_mm", "place of the axle below its nominal one", "approach", listed=True),
     Scalar("roll_mrad", "roll, right wheel down", "share", listed=True, diagram="roll (mrad)"),
     Scalar("angular_velocity_rad_s", "angular velocity, forward", listed=True, diagram="angular velocity (rad/s)"),
@@ -440,7 +433,7 @@ WHEELSET_SCALARS = _scalars(
 IN_CONTACT = {"force_s_N": "force_y_N", "moment_n_Nmm": "spin_moment_Nmm"}
 """Scalars of a patch in the axes of the track by their names in the contact, where these differ."""
 
-PATCH_SCALARS = _scalars(
+PATCH_SCALARS = _named(
     Scalar("x_mm", "place of the centre of pressure, along the track", listed=True),
     Scalar("y_mm", "place of the centre of pressure, across the track", listed=True),
     Scalar("z_mm", "place of the centre of pressure, downwards"),
