@@ -93,7 +93,7 @@ def test_what_is_given_has_no_error(outputs: tuple[Called, dict[str, Any], Path]
 
 def test_one_grid_alone_says_that_it_has_no_estimates(outputs: tuple[Called, dict[str, Any], Path]) -> None:
     table, _, path = outputs
-    coarse = call("run", "case.toml", "--set", "numerics.grid=12", "--no-plots", "-o", "coarse", cwd=path.parents[1])
+    coarse = call("run", "case.toml", "--set", "numerics.grid=10", "--no-plots", "-o", "coarse", cwd=path.parents[1])
     assert "±" not in coarse.stdout and "no error estimates" in coarse.stdout
     assert "no error estimates" not in table.stdout
 

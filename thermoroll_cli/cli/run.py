@@ -21,8 +21,9 @@ from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars
 from thermoroll_cli.python_api import KINDS, solve
+from thermoroll_cli.refinement.plan import COARSEST
 
-NO_ERRORS = "no error estimates: they need a coarser grid; set both sides of numerics.grid to 16 or more"
+NO_ERRORS = f"no error estimates: they need a coarser grid; set both sides of numerics.grid to {2 * COARSEST} or more"
 
 
 @dataclass(frozen=True)
