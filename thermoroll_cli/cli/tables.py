@@ -172,31 +172,34 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     swept values and the scalars worth showing, those that change most if there is no room for all. A scalar that is the same
     at all points is shown once.
     """
+    summaries, swept = [row.summary for row in rows], [axis.key for axis in points.axes]
     problems = [points.point(row.number).problem.contact for row in rows]
-    swept = [axis.key for axis in points.axes]
-    drawn = [name for names in DIAGRAMS.values() for name in names]
-    names = [name for name in (*drawn, *OVER_LIMIT) if _has_column(name, rows, problems, swept)]
-    constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
+    drawn = (*(name for names in DIAGRAMS.values() for name in names), *OVER_LIMIT)
+    values = {name: finite(name, summaries) for name in drawn if _has_column(name, summaries, problems, swept)}
+    constant = [name for name, known in values.items() if len(known) == len(rows) > 1 and len(set(map(number, known))) == 1]
+    varying = {name: _column(name, [_with_error(name, row) for row in rows]) for name in values if name not in constant}
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
     columns += [_column(key, [cell_text(row.over[key]) for row in rows]) for key in swept]
-    varying = {name: _column(name, [_with_error(name, row) for row in rows]) for name in names if name not in constant}
     room, shown = width - sum(map(_width, columns)), set()
-    for name in sorted(varying, key=lambda name: (_is_second(name), -_change(name, rows))):
+
+    def rank(name: str) -> tuple[bool, float]:
+        """Last what says nearly the same as another column, of the lower body or of the force; else by how much it changes."""
+        known = values[name]
+        return "_upper_" in name or name in OVER_LIMIT, -(max(known) - min(known)) / (max(map(abs, known)) or 1.0)
+
+    for name in sorted(varying, key=rank):
         if _width(varying[name]) <= room:
             room -= _width(varying[name])
             shown.add(name)
     columns += [column for name, column in varying.items() if name in shown]
-    left_out = [name for name in varying if name not in shown]
     height = max(map(len, columns))
     yield from align(list(zip(*([""] * (height - len(column)) + column for column in columns), strict=True)))
-    if constant:
-        values = ", ".join(f"{name} = {_with_error(name, rows[0])}" for name in constant)
-        yield from folded(f"at all points: {values}", width)
-    endless = sorted({name for row in rows for name in row.summary["unbounded"]})
-    if endless:
-        yield from folded(f"no limit (an end or a kink of a profile): {', '.join(endless)}", width)
-    if left_out:
-        yield from folded(f"more in the file: {', '.join(left_out)}", width)
+    endless = sorted({name for summary in summaries for name in summary["unbounded"]})
+    for words, names in (("at all points", [f"{name} = {_with_error(name, rows[0])}" for name in constant]),
+                         ("no limit (an end or a kink of a profile)", endless),
+                         ("more in the file", [name for name in varying if name not in shown])):
+        if names:
+            yield from folded(f"{words}: {', '.join(names)}", width)
 
 
 def _column(name: str, cells: list[str]) -> list[str]:
@@ -220,32 +223,12 @@ def cell_text(value: Any) -> str:
     return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
-def _has_column(name: str, rows: Sequence[Row], problems: Sequence[Problem], swept: Sequence[str]) -> bool:
+def _has_column(
+    name: str, summaries: Sequence[Mapping[str, Any]], problems: Sequence[Problem], swept: Sequence[str]
+) -> bool:
     """Whether a scalar is worth a column: not if it is given, or reads like that of the lower body."""
-    if "_upper_" in name and _texts(name, rows) == _texts(name.replace("_upper_", "_lower_"), rows):
+    lower = name.replace("_upper_", "_lower_")
+    if lower != name and all(number(summary.get(name), 4) == number(summary.get(lower), 4) for summary in summaries):
         return False
     given = name in ALL_SCALARS and all(holds(ALL_SCALARS[name].given, problem) for problem in problems)
-    return not given and worth_showing(name, [row.summary for row in rows], swept)
-
-
-def _is_second(name: str) -> bool:
-    """Whether another column says nearly the same: that of the lower body, or the force."""
-    return "_upper_" in name or name in OVER_LIMIT
-
-
-def _change(name: str, rows: Sequence[Row]) -> float:
-    """The range of a scalar over its largest value."""
-    values = _values(name, rows)
-    return (max(values) - min(values)) / (max(map(abs, values)) or 1.0)
-
-
-def _texts(name: str, rows: Sequence[Row]) -> list[str]:
-    return [number(row.summary.get(name), 4) for row in rows]
-
-
-def _is_constant(name: str, rows: Sequence[Row]) -> bool:
-    return len({number(value) for value in _values(name, rows)}) == 1 and len(_values(name, rows)) == len(rows)
-
-
-def _values(name: str, rows: Sequence[Row]) -> list[float]:
-    return finite(name, [row.summary for row in rows])
+    return not given and worth_showing(name, summaries, swept)

@@ -256,9 +256,9 @@ def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[st
 
 def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQuantities) -> Plan:
     """`plan` with the stage below the surface."""
-    below = subsurface_plan(request, derived, plan.grid, heated=plan.runs("heat"))
-    return replace(plan, run=plan.run + below.run, skipped=plan.skipped | below.skipped, facts=plan.facts | below.facts,
-                   memory_bytes=plan.memory_bytes + below.memory_bytes, seconds=plan.seconds + below.seconds)
+    run, skipped, facts, memory, seconds = subsurface_plan(request, derived, plan.grid, heated=plan.runs("heat"))
+    return replace(plan, run=plan.run + run, skipped=plan.skipped | skipped, facts=plan.facts | facts,
+                   memory_bytes=plan.memory_bytes + memory, seconds=plan.seconds + seconds)
 
 
 def _facts(derived: DerivedQuantities) -> dict[str, float]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -90,21 +89,11 @@ SIDEWAYS = 0.5
 ten times the time and 1 GB on 32² elements where both speeds are alike."""
 
 
-@dataclass(frozen=True)
-class SubsurfacePlan:
-    """Stages that run and those that are skipped, with reasons; numbers known before; memory and time on one core."""
-
-    run: list[str]
-    skipped: dict[str, str]
-    facts: dict[str, float]
-    memory_bytes: int
-    seconds: float
-
-
 def subsurface_plan(
     request: SubsurfaceRequest, derived: DerivedQuantities, shape: tuple[int, int], *, heated: bool
-) -> SubsurfacePlan:
-    """Plan for one problem on a grid of `shape`, with heat in the contact or not (`heated`)."""
+) -> tuple[list[str], dict[str, str], dict[str, float], int, float]:
+    """Stages that run and those that are skipped, with reasons; numbers known before; memory (bytes) and time (s) on one core:
+    of one problem on a grid of `shape`, with heat in the contact or not (`heated`)."""
     run, skipped = [STAGE], {}
     if request.lower_strength is not None or request.upper_strength is not None:
         run.append(STRENGTH)
@@ -133,7 +122,7 @@ def subsurface_plan(
             skipped[f"{STAGE}, interface of the {body} body"] = (
                 f"it lies {below[0] * 1e3:.4g} mm deep: set a larger subsurface.depth_mm")
     facts = {"subsurface_layers": float(most), "subsurface_depth_mm": last * 1e3}
-    return SubsurfacePlan(run, skipped, facts, *_cost(request, derived, shape, most, hot, mirrored=mirrored))
+    return run, skipped, facts, *_cost(request, derived, shape, most, hot, mirrored=mirrored)
 
 
 def _tables(request: SubsurfaceRequest, derived: DerivedQuantities) -> set[float | Material]:
