@@ -115,7 +115,7 @@ class Snapshots:
         """Name, values, unit and meaning of each dataset."""
         yield "distance", self.distances, "m", "distance rolled"
         for name, depth in self.depths.items():
-            where = name.replace("_", ", ")
+            where = " ".join(reversed(name.split("_")))
             yield f"length_{name}", self.lengths[name], "m", f"middle of a row along the new outline of the {where}"
             yield f"depth_{name}", depth, "m", f"depth worn off the {where}"
         if self.profiles:
