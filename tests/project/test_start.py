@@ -43,7 +43,7 @@ def test_validating_needs_no_pictures(tmp_path: Path) -> None:
 
 
 def test_processes_that_only_solve_points_load_no_pictures() -> None:
-    """What a worker of a sweep imports, with the batch that it is sent."""
+    """What a worker of a sweep or a fit imports, with what it is sent."""
     program = ("import sys, thermoroll_cli.sweeps.sweep; "
                "print(*({'matplotlib', 'scipy.optimize', 'scipy.interpolate'} & sys.modules.keys()))")  # fmt: skip
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "\n"

@@ -22,23 +22,20 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.atomic import write_bytes
-from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_schema import allowed_values, entry_at
 from thermoroll_cli.files.case_source import Override, key_path
 from thermoroll_cli.plots.fit_figures import Figure, fit_figure
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.scalar_errors import absolute_error
-from thermoroll_cli.process import safe_point
-from thermoroll_cli.python_api import Solver
 from thermoroll_cli.sweeps.measured import OVER_LOAD, Measured, scalar_in
 from thermoroll_cli.sweeps.points import Axis, Points
-from thermoroll_cli.sweeps.sweep import attempt
-from thermoroll_cli.sweeps.table import summary_of
+from thermoroll_cli.sweeps.sweep import summaries
 from thermoroll_cli.tasks.runner import Processes, check_main_guard
 
 COARSE = 32
@@ -240,7 +237,7 @@ class _Model:
         points = self._points(keys, different).with_one_decision()
         # A vector is a batch, so that the values do not depend on who computes them.
         batches = [range(first, min(first + count, len(different) + 1)) for first in range(1, len(different) + 1, count)]
-        solved = (self.processes.map if self.processes else map)(_summaries, repeat(points), batches)
+        solved = (self.processes.map if self.processes else map)(summaries, repeat(points), batches)
         outcomes = dict(zip(different, chain.from_iterable(solved), strict=True))
         self.solved += len(different)
         self.report(self.solved)
@@ -301,19 +298,6 @@ class _Model:
                                       f"{next(filter(None, reasons))}")
             slopes.append(((values - here) / step * self.weights).ravel())
         return np.stack(slopes, axis=1)
-
-
-def _summaries(points: Points, numbers: range) -> list[dict[str, Any] | str]:
-    """Summaries of the points with these `numbers`, each solved from the one before it; what is wrong with invalid ones."""
-    solver, found = Solver(), list[dict[str, Any] | str]()
-    for number in numbers:
-        safe_point()
-        try:
-            result, reason = attempt(solver, points.point(number).problem)
-        except CaseError as cause:
-            result, reason = None, "; ".join(finding.message for finding in cause.findings)
-        found.append(reason if result is None else summary_of(result))
-    return found
 
 
 def fit(
@@ -417,7 +401,7 @@ def _result(model: _Model, vector: Array, ends: Array, reason: str, warnings: Se
     if not reason:
         try:
             jacobian = model.jacobian(vector)
-            student_t = float(student.ppf(0.5 + 0.5 * BAND_PROBABILITY, freedom)) if freedom else math.nan
+            student_t = float(stdtrit(freedom, 0.5 + 0.5 * BAND_PROBABILITY)) if freedom else math.nan
             unknown_errors = [name for name, row in zip(measured.values, errors, strict=True) if np.isnan(row).any()]
             if unknown_errors:
                 notes.append(f"the grid gives no estimated error of {unknown_errors[0]}: the values have no intervals")

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_result
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
@@ -69,7 +70,7 @@ class Batch:
         solver = Solver(self.threads)
         for number in range(self.numbers.start, self.pending[-1].number + 1):
             point = self.points.point(number)
-            result, reason = attempt(solver, point.problem)
+            result, reason = _attempt(solver, point.problem)
             if result is None:
                 # The state left by an exception is no start for the next point.
                 solver = Solver(self.threads)
@@ -101,7 +102,7 @@ class Batch:
         return self._record(self.pending[0], failed_summary(reason), solved=False)
 
 
-def attempt(solver: Solver, problem: Task) -> tuple[Result | None, str]:
+def _attempt(solver: Solver, problem: Task) -> tuple[Result | None, str]:
     """The result, or none and what went wrong."""
     try:
         return solver.solve(problem), ""
@@ -109,6 +110,19 @@ def attempt(solver: Solver, problem: Task) -> tuple[Result | None, str]:
         return None, "not enough memory"
     except Exception as cause:
         return None, " ".join(f"{type(cause).__name__}: {cause}".split())
+
+
+def summaries(points: Points, numbers: range) -> list[dict[str, Any] | str]:
+    """Summaries of the points with these `numbers`, each solved from the one before it; what is wrong with invalid ones."""
+    solver, found = Solver(), list[dict[str, Any] | str]()
+    for number in numbers:
+        safe_point()
+        try:
+            result, reason = _attempt(solver, points.point(number).problem)
+        except CaseError as cause:
+            result, reason = None, "; ".join(finding.message for finding in cause.findings)
+        found.append(reason if result is None else summary_of(result))
+    return found
 
 
 @dataclass
