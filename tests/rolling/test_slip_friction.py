@@ -284,7 +284,7 @@ def test_friction_that_begins_near_zero(at_rest: float, slip: float, creepage: f
 
 
 def test_a_force_is_found_beyond_a_threshold_of_slip() -> None:
-    """Below it no force answers to a creepage."""
+    """Below it no force answers to a creepage, and none is found."""
     law = FrictionLaw("table", table=((0.0, 0.0), (0.02, 0.0), (0.04, 1.0), (1e3, 1.0)))
     result = solve(Problem(
         STEEL, STEEL, Geometry(0.02, 0.02, 0.02, 0.03), 100.0, Friction(0.3, law), Motion(1.0, None, force_x=6.0),
@@ -293,6 +293,9 @@ def test_a_force_is_found_beyond_a_threshold_of_slip() -> None:
     assert result.coupled.scalars["force_x_N"] == pytest.approx(6.0, rel=1e-4)
     # A fifth of the largest friction, and little elastic slip.
     assert result.coupled.scalars["creepage_longitudinal"] == pytest.approx(0.024, rel=0.01)
+    below = solve(replace(result.problem, motion=Motion(1.0, 0.01)))
+    assert below.converged, below.reason
+    assert below.coupled.scalars["force_x_N"] == 0.0
 
 
 def test_the_end_of_stick_converges_at_first_order_with_steep_friction() -> None:

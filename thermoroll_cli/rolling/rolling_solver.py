@@ -168,13 +168,16 @@ class RollingSolver:
         return best
 
     def _full_stick(self, problem: TangentialProblem) -> Start:
-        """Tractions of full stick without a bound, which is a linear problem. Friction that begins at zero needs creepages:
-        below a threshold of slip no force answers to them."""
-        unbounded = replace(problem, traction_bound=problem.traction_bound * FULL_STICK_BOUND, slip_friction=None)
+        """Tractions of full stick without a bound, which is a linear problem. Forces by friction that begins at zero need
+        creepages: below a threshold of slip no force answers to them."""
+        friction = problem.slip_friction
+        begins_at_zero = friction is not None and friction.law.at_rest == 0.0 and bool(problem.free)
+        unbounded = replace(problem, traction_bound=problem.traction_bound * FULL_STICK_BOUND,
+                            slip_friction=None if begins_at_zero else friction)
         newton = Newton(unbounded, self.gradient, self._inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
-        creep, friction = newton.creepage(state.unknown), problem.slip_friction
-        if friction is not None and friction.law.at_rest == 0.0 and creep.any():
+        creep = newton.creepage(state.unknown)
+        if friction is not None and begins_at_zero and creep.any():
             wanted = math.hypot(*(force or 0.0 for force in problem.force)) / problem.element_area
             slip = friction.law.slip_of(wanted / float(problem.traction_bound.sum())) / friction.speed
             creep *= max(1.0, slip / float(np.hypot(*creep)))
