@@ -156,7 +156,7 @@ def test_heat_that_leaves_a_tenth_of_the_contact(heat):
 
 def test_a_contact_that_partly_sticks_at_six_times_the_heat_of_the_article():
     """1200 m/s instead of 200: beyond what turns that remember little find from a cold start."""
-    found, finer = (solved(article_4_1(n, 1200.0)) for n in (64, 96))
+    found, finer = (solved(article_4_1(n, 1200.0)) for n in (96, 128))
     for result in (found, finer):
         assert result.converged and result.own_grids, result.reason
         assert result.coupled.fields["pressure"].sum() * on(result, result.coupled)[1] == pytest.approx(65.0, rel=1e-6)
