@@ -20,7 +20,7 @@ from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.conicity import NUMBERS
 from thermoroll_cli.cli.results import check_no_cases
-from thermoroll_cli.cli.tables import assembly_rows, cell_text, warnings_by_kind
+from thermoroll_cli.cli.tables import assembly_rows, swept_text, warnings_by_kind
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.conicity_figure import draw_conicity
@@ -32,6 +32,7 @@ from thermoroll_cli.problem.scalar_errors import (
     computed,
     isothermal_text,
     listed_scalars,
+    meaning_in,
     number,
     repeats,
     scalar_text,
@@ -206,8 +207,7 @@ def _tables(result: Result) -> list[Table]:
 
 def _rows(summary: Mapping[str, Any], names: Iterable[str], *, both: bool) -> list[tuple[str, ...]]:
     shown = [name for name in names if computed(summary.get(name)) and not repeats(name, summary)]
-    hertz = computed(summary.get("hertz_a_mm", 0.0))
-    return [(ALL_SCALARS[name].meaning_of(hertz=hertz) + (" (no limit)" if name in summary.get("unbounded", ()) else ""),
+    return [(meaning_in(summary, name) + (" (no limit)" if name in summary.get("unbounded", ()) else ""),
              scalar_text(name, summary), *((isothermal_text(name, summary),) if both else ()), unit_of(name), name)
             for name in shown]  # fmt: skip
 
@@ -222,7 +222,7 @@ def of_sweep(table: SweepColumns, name: str) -> Section:
     columns = table.columns
     count, converged = len(columns["status"]), sum(status == "converged" for status in columns["status"])
     over = "; ".join(f"{key} with {len(set(columns[key]))} values" for key in table.keys)
-    points = [", ".join(f"{key} = {cell_text(columns[key][row])}" for key in table.keys) for row in range(count)]
+    points = [", ".join(f"{key} = {swept_text(columns[key][row])}" for key in table.keys) for row in range(count)]
     failed = [f"{point}: {reason}" for point, status, reason in zip(points, columns["status"], columns["reason"], strict=True)
               if status != "converged"]
     # An empty cell of a table of text is nan.
@@ -273,7 +273,7 @@ def _sweep_table(table: SweepColumns) -> Table:
     varying = [name for name in varying
                if "_upper_" not in name or texts[name] != texts.get(name.replace("_upper_", "_lower_"))]
     varying = varying[: max(MOST_COLUMNS - len(table.keys), 1)]
-    body = [(*(cell_text(table.columns[key][row]) for key in table.keys), *(texts[name][row] for name in varying))
+    body = [(*(swept_text(table.columns[key][row]) for key in table.keys), *(texts[name][row] for name in varying))
             for row in range(min(len(rows), MOST_ROWS))]  # fmt: skip
     caption = f"The first {MOST_ROWS} of {len(rows)} points" if len(rows) > MOST_ROWS else ""
     headers = (f"{ALL_SCALARS[name].brief or ALL_SCALARS[name].meaning}"

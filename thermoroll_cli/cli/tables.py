@@ -19,14 +19,15 @@ from thermoroll_cli.problem.names import (
     IN_CONTACT,
     OVER_LIMIT,
     PATCH_SCALARS,
-    UNITS,
     holds,
+    unit_end,
     unit_of,
 )
 from thermoroll_cli.problem.scalar_errors import (
     computed,
     finite,
     isothermal_text,
+    meaning_in,
     number,
     repeats,
     scalar_text,
@@ -62,7 +63,7 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
     room = width - max(map(len, align(rows)), default=0) - 2
     meanings = [""] if both else []
     for name in shown:
-        meaning = ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
+        meaning = meaning_in(summary, name)
         brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
         shortened = textwrap.shorten(meaning, max(room, _NARROWEST), placeholder=" …")
         candidates = (meaning, brief, shortened if len(shortened) >= _TELLING else "")
@@ -150,7 +151,7 @@ def folded(text: str, width: int, indent: str = "  ") -> list[str]:
 
 def wrapped(name: str, width: int) -> list[str]:
     """The lines of `name` as a header above a column `width` wide: broken behind `_` and `.`, where a part does not fit."""
-    unit = next((end for end in UNITS if name.endswith(end)), "")
+    unit = unit_end(name)
     parts = re.findall(r"[^_.]+[_.]?", name.removesuffix(unit))
     lines = [""]
     for part in [*parts[:-1], parts[-1] + unit] if parts else []:
@@ -179,7 +180,7 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     constant = [name for name, known in values.items() if len(known) == len(rows) > 1 and len(set(map(number, known))) == 1]
     varying = {name: _column(name, [_with_error(name, row) for row in rows]) for name in values if name not in constant}
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
-    columns += [_column(key, [cell_text(row.over[key]) for row in rows]) for key in swept]
+    columns += [_column(key, [swept_text(row.over[key]) for row in rows]) for key in swept]
     room, shown = width - sum(map(_width, columns)), set()
 
     def rank(name: str) -> tuple[bool, float]:
@@ -219,7 +220,8 @@ def _with_error(name: str, row: Row) -> str:
     return scalar_text(name, {**row.summary, name: value}).replace(" ", "")
 
 
-def cell_text(value: Any) -> str:
+def swept_text(value: Any) -> str:
+    """A swept value, as tables show it."""
     return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 

@@ -12,12 +12,12 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.problem.names import unit_of
+from thermoroll_cli.problem.names import ERROR, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.worn.follow import Evolution
 from thermoroll_cli.worn.follow import wear as follow
-from thermoroll_cli.worn.steps import ERROR, meaning_of
+from thermoroll_cli.worn.steps import meaning_of
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section

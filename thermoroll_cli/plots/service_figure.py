@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from thermoroll_cli.plots import style
+from thermoroll_cli.problem.names import ERROR
 from thermoroll_cli.wheelset.curves import Points, curve
 from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
@@ -59,12 +60,12 @@ def draw_service(path: pathlib.Path, done: _Drawn) -> pathlib.Path:
         for axis, (prefix, label) in zip(axes[2:].flat, CURVES.items(), strict=True):
             for name in done.rows[0]:
                 values = np.array([row.get(name, np.nan) for row in done.rows])
-                if not name.startswith(prefix) or name.endswith("_error") or np.isnan(values).all():
+                if not name.startswith(prefix) or name.endswith(ERROR) or np.isnan(values).all():
                     continue
                 side = next((side for side in sides if side in name), "right")
                 colour = style.BEFORE if "rail" in name else style.AFTER
                 axis.plot(distance, values, STYLES[side], color=colour)
-                error = np.array([row.get(f"{name}_error", np.nan) for row in done.rows])
+                error = np.array([row.get(f"{name}{ERROR}", np.nan) for row in done.rows])
                 axis.fill_between(distance, values - error, values + error, color=colour, alpha=0.15, linewidth=0.0)
             axis.set_ylabel(label)
             axis.grid(visible=True)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.kalker import CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.problem.names import DIAGRAMS, UNITS
+from thermoroll_cli.problem.names import DIAGRAMS, UNITS, unit_end
 from thermoroll_cli.problem.scalar_errors import FORCES, STEADY, absolute_error, finite, is_steady, worth_showing
 
 Column = NDArray[np.float64]
@@ -406,7 +406,7 @@ def with_value(key: str, value: Any) -> str:
 def words_of(key: str) -> str:
     """A case key as an axis label: `rolling.speed_m_s` becomes "rolling speed (m/s)"."""
     section, _, name = key.rpartition(".")
-    suffix = next((suffix for suffix in UNITS if name.endswith(suffix)), "")
+    suffix = unit_end(name)
     words = name.removesuffix(suffix).replace("_", " ")
     if (section in ("creepage", "force") and words != "spin") or words == "normal":
         words = f"{words} {section}"

@@ -140,9 +140,19 @@ COLUMN_UNITS = {"Pa": ("MPa", 1e-6), "m": ("um", 1e6), "m/s": ("m_s", 1.0), "W/m
 """SI unit of a field → the unit at the end of a column's name, as of scalars, and the factor of its values."""
 
 
+ERROR = "_error"
+"""End of the name of a column with the error of another one, in its unit: standard deviations of measured values, and estimates
+of worn profiles."""
+
+
+def unit_end(name: str) -> str:
+    """The end of the name of a scalar or a case key that stands for its unit; "" for a pure number."""
+    return next((end for end in UNITS if name.endswith(end)), "")
+
+
 def unit_of(name: str) -> str:
-    """The unit at the end of the name of a scalar or a case key, as people write it; "" for a pure number."""
-    return next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
+    """The unit of a scalar or a case key, from its name, as people write it; "" for a pure number."""
+    return UNITS.get(unit_end(name), "")
 
 
 Declared = TypeVar("Declared", Field, Scalar)

@@ -17,7 +17,7 @@ from thermoroll_cli import of_above, optional
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.scalar_errors import absolute_error, computed, isothermal_text, listed_scalars, scalar_text
+from thermoroll_cli.problem.scalar_errors import absolute_error, isothermal_text, listed_scalars, meaning_in, scalar_text
 
 if TYPE_CHECKING:
     import xarray
@@ -318,7 +318,7 @@ class Result:
         rows = [["scalar", "coupled", "isothermal", "unit"] if both else ["scalar", "value", "unit"]]
         for name in listed_scalars(summary, self.problem):
             beside = [isothermal_text(name, summary)] if both else []
-            meaning = ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
+            meaning = meaning_in(summary, name)
             rows.append([meaning, scalar_text(name, summary), *beside, ALL_SCALARS[name].unit])
         lines = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
         return f"<table><caption>{html.escape(repr(self)[1:-1])}</caption><tr>{'</tr><tr>'.join(lines)}</tr></table>"

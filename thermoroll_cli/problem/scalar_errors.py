@@ -170,6 +170,11 @@ def computed(value: Any) -> bool:
     return isinstance(value, int | float) and math.isfinite(value)
 
 
+def meaning_in(summary: Mapping[str, Any], name: str) -> str:
+    """What the scalar `name` means in a result with this `summary`, which is in Hertz's contact or not."""
+    return ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
+
+
 def repeats(name: str, summary: Mapping[str, Any]) -> bool:
     """Whether a stress without thermal stresses is worth no row: it reads like the one with them."""
     whole = name.removeprefix("elastic_")

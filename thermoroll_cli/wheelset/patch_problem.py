@@ -21,7 +21,7 @@ from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.wheelset.curves import STEP, curve
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.wheelset.one_wheel import Bearing
-from thermoroll_cli.wheelset.patch_surface import CLOSE
+from thermoroll_cli.wheelset.patch_surface import CLOSE, nearest
 from thermoroll_cli.wheelset.wheelset_problem import SideName
 
 VIRTUAL = 0.55
@@ -121,14 +121,14 @@ class SolvedPatch:
     def in_profiles(self) -> tuple[float, float]:
         """y of the centre of pressure in the profiles of the rail and of the wheel, in m."""
         facing = self.bearing.patch.facing
-        (rail, _), (wheel, _) = self._nearest(facing.rail.samples[:2]), self._nearest(facing.locus[1:3])
+        rail, wheel = (nearest(places, *self.centre[1:]) for places in (facing.rail.samples, facing.locus[1:3]))
         return float(curve(facing.rail.profile).samples[0][rail]), float(curve(facing.wheel.profile).samples[0][wheel])
 
     @property
     def rolling_radius(self) -> float:
         """Distance of the centre of pressure from the axle in m, on the undeformed wheel."""
         facing = self.bearing.patch.facing
-        return float(facing.wheel.samples[1][self._nearest(facing.locus[1:3])[0]])
+        return float(facing.wheel.samples[1][nearest(facing.locus[1:3], *self.centre[1:])])
 
     @property
     def rolling_radius_error(self) -> float:
@@ -148,12 +148,6 @@ class SolvedPatch:
         sine, cosine = abs(math.sin(surface.angle)), abs(math.cos(surface.angle))
         return np.array([self.error_of("force_x_N"), cosine * across + sine * normal, sine * across + cosine * normal])
 
-    def _nearest(self, places: Array) -> tuple[int, float]:
-        """Number of the sample (y, z) that lies nearest to the centre of pressure, and its distance."""
-        _, y, z = self.centre
-        away = np.hypot(places[0] - y, places[1] - z)
-        number = int(np.nanargmin(away))
-        return number, float(away[number])
 
 def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, result: Result) -> SolvedPatch:
     """Forces of a patch from its `result`. Those of the solver are extrapolated; its fields say where they act."""

@@ -46,6 +46,11 @@ ALONG = np.linspace(-1.0, 1.0, 12)
 """Places along over the half-length of the overlap at which its gap is fitted; none in the middle, where the gap is given."""
 
 
+def nearest(places: Array, y: float, z: float) -> int:
+    """Number of the sample of `places` (rows y, z, … in m) that lies nearest to the point (y, z)."""
+    return int(np.nanargmin(np.hypot(places[0] - y, places[1] - z)))
+
+
 def section(
     at: Array, value: Array, d_at: Array, d_value: Array, start: int
 ) -> tuple[scipy.interpolate.CubicHermiteSpline, NDArray[np.intp]]:
@@ -102,9 +107,14 @@ class PatchSurface:
         return self._local(self.facing.rail.samples)[0]
 
     @cached_property
-    def wheel(self) -> tuple[scipy.interpolate.CubicHermiteSpline, NDArray[np.intp]]:
+    def _wheel(self) -> tuple[scipy.interpolate.CubicHermiteSpline, NDArray[np.intp]]:
         """The wheel's locus in the axes of the place, and the numbers of its samples."""
         return self._local(self.facing.locus[1:])
+
+    @property
+    def wheel(self) -> scipy.interpolate.CubicHermiteSpline:
+        """The wheel's locus in the axes of the place."""
+        return self._wheel[0]
 
     @cached_property
     def radius(self) -> scipy.interpolate.CubicHermiteSpline:
@@ -115,16 +125,15 @@ class PatchSurface:
     @property
     def _on_locus(self) -> int:
         """Number of the sample of the wheel whose locus is nearest to the place."""
-        locus = self.facing.locus
-        return int(np.nanargmin(np.hypot(locus[1] - self.y, locus[2] - self.z)))
+        return nearest(self.facing.locus[1:3], self.y, self.z)
 
     @cached_property
     def _reference(self) -> tuple[Array, Array, Array, Array]:
         """Arc length, distance across and depth of the curved reference surface, and its inclination to the place."""
         low, high = self._ends
         across = np.linspace(low, high, max(int((high - low) / STEP), 50))
-        slope = 0.5 * (self.rail(across, 1) + self.wheel[0](across, 1))
-        depth = 0.5 * (self.rail(across) + self.wheel[0](across))
+        slope = 0.5 * (self.rail(across, 1) + self.wheel(across, 1))
+        depth = 0.5 * (self.rail(across) + self.wheel(across))
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), np.diff(depth)))))
         return length - np.interp(0.0, across, length), across, depth, np.arctan(slope)
 
@@ -158,7 +167,7 @@ class PatchSurface:
 
     def gap_on_locus(self, s: Array) -> Array:
         """The smallest gap over x at each s in m, negative where the bodies overlap; nan where there is no material."""
-        return np.asarray(self._along(self.rail, s) - self._along(self.wheel[0], s))
+        return np.asarray(self._along(self.rail, s) - self._along(self.wheel, s))
 
     def gap(self, x: Array, s: Array) -> Array:
         """Distance (m) between wheel and rail along the reference surface's normal at all places x (n,) along the track and s
@@ -177,7 +186,7 @@ class PatchSurface:
         rotation, centre = position.rotation, position.origin(self.facing.wheel.radius)
         q0 = (base - centre) @ rotation + x[..., None] * rotation[0]
         step = np.stack((-np.sin(angle), np.cos(angle)), axis=-1) @ rotation[1:]
-        t = np.broadcast_to(np.nan_to_num(self._along(self.wheel[0], s)), x.shape)
+        t = np.broadcast_to(np.nan_to_num(self._along(self.wheel, s)), x.shape)
         ends = self.radius.x[[0, -1]]
         for _ in range(NEWTON_SWEEPS):
             q = q0 + t[..., None] * step
@@ -210,7 +219,7 @@ class PatchSurface:
     @property
     def _ends(self) -> tuple[float, float]:
         """Distances across of the places between which both surfaces have material."""
-        rail, wheel = self.rail.x, self.wheel[0].x
+        rail, wheel = self.rail.x, self.wheel.x
         return float(max(rail[0], wheel[0])), float(min(rail[-1], wheel[-1]))
 
     def _met(self, here: float, end: float) -> float:
@@ -257,14 +266,14 @@ class PatchSurface:
     def locus_x(self, s: Array) -> Array:
         """x (m) of the locus above the places s."""
         across, _, angle = self._base(s)
-        at = across - self._along(self.wheel[0], s) * np.sin(angle)
-        spline, index = self.wheel
+        spline, index = self._wheel
+        at = across - self._along(spline, s) * np.sin(angle)
         return np.asarray(np.interp(at, spline.x, self.facing.locus[0][index]))
 
     def wheel_points(self, s: Array) -> Array:
         """Points (m, track axes) of the wheel's undeformed surface above s at the x of the place: its locus, or of a plane
         patch the plane through its lowest point, (n, 3)."""
-        depth = self._along(self.wheel[0], s) if self.curved else np.full(np.shape(s), self.overlap[0])
+        depth = self._along(self.wheel, s) if self.curved else np.full(np.shape(s), self.overlap[0])
         angle = self.inclination(s)
         points = self.places(s) + depth[:, None] * np.stack((0.0 * angle, -np.sin(angle), np.cos(angle)), axis=-1)
         return np.asarray(points + np.array([self.x, 0.0, 0.0]))

@@ -116,7 +116,7 @@ def wear(
 
 def _asked(task: Problem | WheelsetProblem) -> Wear:
     """What is asked for. Raises ValueError."""
-    asked = (task.contact if isinstance(task, WheelsetProblem) else task).wear
+    asked = task.contact.wear
     if asked is None or asked.distance == asked.depth:
         raise ValueError("the case needs [wear] with distance_km or depth_um")
     if isinstance(task, WheelsetProblem) and asked.lower.wears and math.isinf(asked.lower.track_length):

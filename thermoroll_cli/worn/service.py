@@ -141,7 +141,7 @@ def depths_of(result: Result, outlines: Mapping[str, Outline]) -> dict[str, Arra
 
 def rate_errors_of(result: Result, name: str) -> tuple[float, float]:
     """Relative error of the largest depth, and error in m² of the cross-section, that one passage wears off an outline."""
-    body = BODY_OF[name.partition("_")[0]]
+    body = _body_of(name)
     mine = [(rate_errors(patch.error, body), patch.coupled.scalars[f"wear_area_{body}_um2"])
             for patch in _patches(result, name)]
     return max((shape for (shape, _), area in mine if area), default=0.0), 1e-12 * math.fsum(
@@ -152,10 +152,14 @@ def _patches(result: Result, name: str) -> list[Result]:
     return [patch for patch in result.contacts if patch.record["side"] == name.partition("_")[2]]
 
 
+def _body_of(name: str) -> BodyName:
+    return BODY_OF[name.partition("_")[0]]
+
+
 def _worn_body(wear: Wear | None, name: str) -> WornBody:
     """How an outline wears."""
     assert wear is not None
-    return worn_bodies(wear)[BODY_OF[name.partition("_")[0]]]
+    return worn_bodies(wear)[_body_of(name)]
 
 
 def service(positions: list[tuple[float, WheelsetProblem]], start: WearState | None, journal: Journal, workers: Workers,

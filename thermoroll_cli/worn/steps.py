@@ -11,13 +11,11 @@ import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import peak_value
-from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, ERROR, unit_end
 from thermoroll_cli.problem.problem import Wear
 
 REACHED = 1e-6
 """Part of the wanted distance or depth that may be missing in the end: rounding must not ask for one more step."""
-ERROR = "_error"
-"""End of the name of a column with the estimated error of another one, in its unit."""
 BASES = {
     "distance_km": "distance rolled", "cycles_": "passages", "depth_max_": "largest worn depth",
     "worn_area_": "worn cross-section", "worn_volume_": "worn volume", "worn_mass_": "worn mass", "half_width_mm":
@@ -26,7 +24,6 @@ BASES = {
     "conicity_3mm": "equivalent conicity at 3 mm",
 }  # fmt: skip
 """Columns besides scalars of results, or how their names begin, with their meanings."""
-UNITS = ("_um", "_mm2", "_cm3", "_kg_m", "_kg", "_mm")
 
 Columns = dict[str, tuple[float, float | None]]
 """Value and estimated error of each column in its unit, nan if unknown; None for what never has an error."""
@@ -166,7 +163,7 @@ def meaning_of(column: str) -> str:
             return meaning
         if column.startswith(base):
             name = column.removeprefix(base)
-            name = next((name.removesuffix(unit) for unit in UNITS if name.endswith(unit)), name)
+            name = name.removesuffix(unit_end(name))
             body, _, side = name.partition("_")
             return f"{meaning}, {f'{side} {body}' if side else f'{body} body' if body in ('lower', 'upper') else body}"
     return ALL_SCALARS[column].meaning
