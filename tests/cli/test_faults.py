@@ -10,14 +10,14 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from unittest import mock
 
 import pytest
 
-from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, environment, thermoroll
+from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, Called, call, environment, thermoroll
 from thermoroll_cli.files.result.hdf5 import read_result
 
 QUICK = ("run", "case.toml", "--no-plots", "-q")
@@ -80,9 +80,7 @@ def writing(folder: Path, step: str, *arguments: str) -> Iterator[subprocess.Pop
 
 
 @pytest.mark.parametrize(("name", "code", "step"), [
-    ("SIGINT", 130, "fsync"), ("SIGTERM", 143, "fsync"), ("SIGHUP", 129, "fsync"), ("SIGKILL", -9, "fsync"),
-    ("SIGTERM", 143, "replace"), ("SIGKILL", -9, "replace"),
-])  # fmt: skip
+    ("SIGHUP", 129, "fsync"), ("SIGKILL", -9, "fsync"), ("SIGTERM", 143, "replace")])
 def test_signals_while_a_file_is_written(name: str, code: int, step: str, folder: Path) -> None:
     """What has the name of a result is whole: the new file, which is finished first, or the old one after SIGKILL."""
     results = folder / "results"
@@ -106,23 +104,6 @@ def test_signals_while_a_file_is_written(name: str, code: int, step: str, folder
         assert read_result(results / "case.h5").converged
 
 
-def test_killed_at_any_moment(folder: Path) -> None:
-    """Whatever has a final name is whole."""
-    arguments = [*COMMAND, "run", "case.toml", "-q", "--set", "numerics.grid=32"]
-    for delay in (0.3, 0.6, 1.0):
-        results = folder / "results"
-        process = subprocess.Popen(arguments, cwd=folder, stderr=subprocess.PIPE, text=True)
-        time.sleep(delay)
-        process.kill()
-        assert "Traceback" not in process.communicate(timeout=PATIENCE)[1]
-        for name in names(results):
-            if name.endswith(".h5"):
-                assert read_result(results / name).converged
-            else:
-                assert (results / name).read_bytes().endswith(b"IEND\xaeB`\x82"), "a whole picture"
-        shutil.rmtree(results, ignore_errors=True)
-
-
 def test_a_second_interrupt_while_cleaning_up(folder: Path) -> None:
     with writing(folder, "fsync", *QUICK) as process:
         for _ in range(3):
@@ -137,12 +118,16 @@ def test_a_second_interrupt_while_cleaning_up(folder: Path) -> None:
 # --- disks ----------------------------------------------------------------------------------------------------------
 
 
-def limited(folder: Path, size: int, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """The command where no file may grow beyond `size` bytes: to it, that is a disk that fills up."""
-    done = subprocess.run(
-        [*COMMAND, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=PATIENCE, env=environment({}),
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)),
-    )  # fmt: skip
+def limited(folder: Path, size: int, *arguments: str | Path) -> Called:
+    """The command where no file may grow beyond `size` bytes: to it, that is a disk that fills up. What Python compiles
+    meanwhile stays out of its cache, where it would be cut, too."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with mock.patch.object(sys, "dont_write_bytecode", True):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            done = call(*arguments, cwd=folder)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert "Traceback" not in done.stderr and "bug" not in done.stderr
     return done
 
@@ -159,7 +144,7 @@ def test_no_room_for_other_files(folder: Path) -> None:
     assert call(*QUICK, cwd=folder).returncode == 0
     before = (folder / "results" / "case.h5").read_bytes()
     for arguments in (
-        ["plot", "results/case.h5"],
+        ["plot", "results/case.h5", "--fields", "pressure"],
         ["export", "results/case.h5", "--format", "csv"],
         ["init", "new.toml"],
     ):
@@ -174,14 +159,12 @@ def test_no_room_for_other_files(folder: Path) -> None:
 def test_no_room_for_a_picture_keeps_the_result(folder: Path) -> None:
     assert call(*QUICK, cwd=folder).returncode == 0
     size = (folder / "results" / "case.h5").stat().st_size
-    largest = max(size + 64, 8192)
-    done = limited(folder, largest, "run", "case.toml", "-o", "tight")
+    done = limited(folder, size + 64, "run", "case.toml", "-o", "tight", "--dpi", "120")
+    assert (done.returncode, "cannot write tight" in done.stderr) == (5, True)
     assert read_result(folder / "tight" / "case.h5").converged
-    if done.returncode != 0:
-        assert done.returncode == 5 and "cannot write tight" in done.stderr
     assert leftovers(folder / "tight") == []
     for name in names(folder / "tight") - {"case.h5"}:
-        assert (folder / "tight" / name).read_bytes().endswith(b"IEND\xaeB`\x82")
+        assert (folder / "tight" / name).read_bytes().endswith(b"IEND\xaeB`\x82"), "a whole picture"
 
 
 @pytest.fixture
@@ -195,33 +178,31 @@ def shared() -> Iterator[Path]:
 
 AS_NOBODY = """
 import os, sys
-from pathlib import Path
 from tests.support.command_line import call
 
-out, *command = sys.argv[1:]
+commands = [["run", "case.toml"], ["sweep", "case.toml", "--over", "creepage.longitudinal=1e-3,2e-3"]]
 # Twice as ourselves, once without success: nobody else may be able to read the program, which loads modules when needed.
-for place, code in (("open", 0), ("case.toml/below", 5)):
-    assert call(*command, "-o", place).returncode == code, place
+for command in commands:
+    for place, code in (("open", 0), ("case.toml/below", 5)):
+        assert call(*command, "--no-plots", "-o", place).returncode == code, place
 if os.geteuid() == 0:  # root may write anywhere
     os.setegid({nobody})
     os.seteuid({nobody})
-done = call(*command, "-o", out)
-sys.stdout.write(done.stdout)
-sys.stderr.write(done.stderr)
-sys.exit(done.returncode)
+for command in commands:
+    done = call(*command, "--no-plots", "-o", "locked")
+    assert (done.returncode, done.stdout) == (5, ""), done
+    assert "locked" in done.stderr and "bug" not in done.stderr and "Traceback" not in done.stderr, done
 """
 
 
-@pytest.mark.parametrize("command", [["run"], ["sweep", "--over", "creepage.longitudinal=1e-3,2e-3"]])
-def test_read_only_folder(command: list[str], shared: Path) -> None:
+def test_read_only_folder(shared: Path) -> None:
     """In a process of its own: who has become somebody else may be unable to come back, to the folder to begin with."""
     (shared / "case.toml").write_text(MECHANICAL)
     (shared / "locked").mkdir(mode=0o555)
     done = subprocess.run(
-        [sys.executable, "-c", AS_NOBODY.format(nobody=NOBODY), "locked", command[0], "case.toml", *command[1:], "--no-plots"],
-        cwd=shared, env=environment({"PYTHONPATH": str(ROOT)}), capture_output=True, text=True, timeout=PATIENCE)  # fmt: skip
-    assert (done.returncode, done.stdout) == (5, ""), done.stderr
-    assert "locked" in done.stderr and "bug" not in done.stderr and "Traceback" not in done.stderr
+        [sys.executable, "-c", AS_NOBODY.format(nobody=NOBODY)], cwd=shared, env=environment({"PYTHONPATH": str(ROOT)}),
+        capture_output=True, text=True, timeout=PATIENCE)  # fmt: skip
+    assert done.returncode == 0, done.stderr
     assert list((shared / "locked").iterdir()) == []
 
 
@@ -257,7 +238,7 @@ def test_a_result_cut_anywhere(folder: Path) -> None:
     assert call(*QUICK, cwd=folder).returncode == 0
     whole = (folder / "results" / "case.h5").read_bytes()
     (folder / "foreign.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(2000))
-    for share in (0.0, 0.001, 0.1, 0.5, 0.9, 0.999):
+    for share in (0.0, 0.1, 0.999):
         (folder / "cut.h5").write_bytes(whole[: int(share * len(whole))])
         for arguments in (
             ["plot", "cut.h5"],
@@ -279,15 +260,16 @@ def test_odd_names_everywhere(tmp_path: Path) -> None:
     (place / "fälle #1 (µ=0.3).toml").write_text(MECHANICAL.replace("Two spheres", "Zwei Kugeln µ"), encoding="utf-8")
     case, out = place / "fälle #1 (µ=0.3).toml", place / "aus gabe"
     sweep = ("sweep", case, "--over", "creepage.longitudinal=1e-3,2e-3", "-o", place / "swe ep")
-    assert thermoroll(*sweep).returncode == 0
-    for arguments in (("run", case, "--no-plots", "-o", out), (*sweep, "--resume")):
+    assert thermoroll("run", case, "--no-plots", "-o", out).returncode == 0
+    for arguments in ((*sweep, "--no-plots"), (*sweep, "--resume")):
         assert call(*arguments).returncode == 0
+    assert (place / "swe ep" / "sweep.png").exists()
     result = out / "fälle #1 (µ=0.3).h5"
     assert read_result(result).problem.title == "Zwei Kugeln µ"
-    assert call("plot", result).returncode == 0
+    assert call("plot", result, "--fields", "pressure").returncode == 0
     assert call("compare", result, result).returncode == 0
     assert call("export", result, "--format", "xdmf").returncode == 0
-    assert len(list(out.glob("*.png"))) > 1 and len(list(out.glob("*.xdmf"))) > 0
+    assert [path.suffix for path in sorted(out.iterdir())] == [".h5", ".xdmf", ".png"]
 
 
 def test_names_that_are_not_unicode(tmp_path: Path) -> None:
@@ -306,23 +288,25 @@ def test_names_that_are_not_unicode(tmp_path: Path) -> None:
 # --- surroundings ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("home", [None, "case.toml"])
-def test_a_home_that_is_missing_or_useless(home: str | None, folder: Path) -> None:
+SWEEP = ("sweep", "case.toml", "--over", "load.normal_N=60,65")
+"""Which draws one picture."""
+
+
+def test_a_home_that_is_useless(folder: Path) -> None:
     gone = dict.fromkeys(("XDG_CONFIG_HOME", "XDG_CACHE_HOME", "MPLCONFIGDIR", "TMPDIR", "USER", "LOGNAME"))
-    arguments = ("sweep", "case.toml", "--over", "load.normal_N=60,65", "-q")  # which draws one picture
-    done = thermoroll(*arguments, cwd=folder, env={**gone, "HOME": home and str(folder / home)})
+    done = thermoroll(*SWEEP, "-q", cwd=folder, env={**gone, "HOME": str(folder / "case.toml")})
     assert (done.returncode, done.stdout) == (0, "")
     assert (folder / "results" / "sweep.png").exists()
-    assert home or done.stderr == ""  # where it keeps its fonts without a home, matplotlib tells by itself
 
 
-def test_no_terminal_at_all(folder: Path) -> None:
+def test_no_terminal_and_no_home_at_all(folder: Path) -> None:
     """As started by cron: a session without a terminal, nothing on standard input, hardly any environment."""
     done = subprocess.run(
-        [*COMMAND, "run", "case.toml", "--no-plots"], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True,
-        start_new_session=True, env={"PATH": os.defpath},
+        [*COMMAND, *SWEEP], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, start_new_session=True,
+        env={"PATH": os.defpath},
     )  # fmt: skip
-    assert done.returncode == 0 and "converged" in done.stdout
+    assert done.returncode == 0 and "2 of 2 points converged" in done.stdout
+    assert (folder / "results" / "sweep.png").exists()
     assert all(character not in done.stdout + done.stderr for character in "\x1b\r")
 
 

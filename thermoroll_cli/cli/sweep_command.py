@@ -12,14 +12,13 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table, warnings_by_kind
+from thermoroll_cli.exact.kalker import THEORIES
 from thermoroll_cli.files.case import CaseError, Override, case_name
-from thermoroll_cli.plots.sweep_figures import THEORIES
 from thermoroll_cli.sweeps.measured import Measured
 from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 from thermoroll_cli.sweeps.table import Row, Rows, columns_of
 from thermoroll_cli.sweeps.table_files import read_sweep
-from thermoroll_cli.sweeps.table_picture import draw_table
 from thermoroll_cli.tasks.runner import Workers
 
 SHOWN_ERRORS = 10
@@ -165,6 +164,8 @@ def _draw(
     rows: Rows, paths: list[Path], theories: Sequence[str], measured: Measured | None
 ) -> tuple[list[Path], str]:
     """The picture in each of the file types of `paths`, or why there is none."""
+    from thermoroll_cli.sweeps.table_picture import draw_table
+
     table = columns_of(rows, rows.points.point(1).problem.title)
     try:
         why_not = next(filter(None, (draw_table(table, path, compare=theories, measured=measured) for path in paths)), "")

@@ -28,6 +28,9 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import HertzContact, check_positive
 
+THEORIES = {"linear": "Kalker's linear theory", "fastsim": "FASTSIM", "polach": "Polach"}
+"""Theories of creep forces, and their words."""
+
 TABLE_POISSON_RATIOS = (0.0, 0.25, 0.5)
 
 Row = tuple[float, tuple[float, ...], tuple[float, ...], tuple[float, ...], tuple[float, ...]]

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from thermoroll_cli.exact.kalker import CreepageCoefficients, fastsim, linear_creep_forces, polach
+from thermoroll_cli.exact.kalker import THEORIES, CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.problem.names import DIAGRAMS, UNITS, unit_end
@@ -32,8 +32,6 @@ Numbers = Mapping[str, Column]
 ISOTHERMAL, ERROR = "isothermal.", "error."
 """How the columns of the state without thermal deformation, and those of estimated errors, begin."""
 
-THEORIES = {"linear": "Kalker's linear theory", "fastsim": "FASTSIM", "polach": "Polach"}
-"""Theories that creep forces can be compared with, and their words."""
 THEORY_COLUMNS = ("hertz_a_mm", "hertz_b_mm", "shear_modulus_GPa", "friction_limit_N", "kalker_C11", "kalker_C22", "kalker_C23",
                   "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm")  # fmt: skip
 """Columns that the creep forces of these theories depend on."""
