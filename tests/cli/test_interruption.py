@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 import weakref
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
 
-from tests.support.command_line import PATIENCE
+from tests.support.command_line import MECHANICAL, PATIENCE
 from tests.support.scenes import rolling
-from tests.support.stops import ROOT, SIGNALS, catches, stopped
 from thermoroll_cli import process
+from thermoroll_cli.creep_table.build import journal_path
 from thermoroll_cli.process import Interrupted, safe_point, stoppable
 from thermoroll_cli.refinement.solve import solve
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -90,41 +94,87 @@ def test_signals_that_are_ignored_stay_so_and_handlers_come_back() -> None:
         signal.signal(signal.SIGHUP, before)
 
 
-@pytest.mark.parametrize(("program", "moment", "number"), [
-    *(("run", 0.3, number) for number in SIGNALS), ("sweep", 0.7, signal.SIGTERM),
-    ("sweep --jobs 2", 0.6, signal.SIGINT), ("sweep --jobs 2", 0.6, signal.SIGTERM),
-    ("table", 0.4, signal.SIGTERM), ("table --jobs 2", 0.6, signal.SIGINT),
-])  # fmt: skip
-def test_programs_stop_with_their_code_and_leave_nothing(program: str, moment: float, number: signal.Signals) -> None:
-    """At work, and in processes that they have started."""
-    assert stopped(program, number, moment) == ()
+@contextmanager
+def started(folder: Path, *arguments: str, **streams: int) -> Iterator[subprocess.Popen[str]]:
+    """The command in a group of processes of its own, all of which are gone afterwards."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "thermoroll_cli", *arguments], cwd=folder, text=True, start_new_session=True,
+        **{"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **streams},
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
 
 
-@pytest.mark.parametrize("command", [["validate", "-"], ["validate", "pipe.toml"], ["schema"]])
-def test_whoever_waits_for_others_can_be_stopped(command: list[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", process.SIGNALS)
+def test_a_run_stops_with_the_code_of_the_signal(number: signal.Signals, tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    with started(tmp_path, "run", "case.toml", "-v", "--set", "numerics.grid=512") as run:
+        assert run.stderr is not None and run.stderr.readline().startswith("case: ")  # it is at work
+        run.send_signal(number)
+        out, told = run.communicate(timeout=PATIENCE)
+    assert (run.returncode, out) == (128 + number, "")
+    assert f"stopped by {number.name}" in told and no_fault(told)
+    assert not (tmp_path / "results").exists() or not list((tmp_path / "results").iterdir())
+
+
+def test_a_table_in_several_processes_stops_and_keeps_its_journal(tmp_path: Path) -> None:
+    """The signal reaches the first process alone, which ends the others."""
+    small = ("--aspect", "1", "--accuracy", "1e-2", "--nodes", "8,7,7", "--checks", "100", "-o", "table.h5")
+    journal = journal_path(tmp_path / "table.h5")
+    with started(tmp_path, "table", "build", *small, "--jobs", "2") as build:
+        deadline = time.monotonic() + PATIENCE
+        while not (journal.exists() and journal.stat().st_size):
+            assert time.monotonic() < deadline and build.poll() is None
+            time.sleep(0.005)
+        build.send_signal(signal.SIGTERM)
+        out, told = build.communicate(timeout=PATIENCE)  # which waits for all processes that have these streams
+    assert (build.returncode, out) == (143, "")
+    assert no_fault(told)
+    assert list(tmp_path.iterdir()) == [journal]
+
+
+def test_whoever_waits_for_others_can_be_stopped(tmp_path: Path) -> None:
     """For standard input, for a named pipe that nobody opens, and for a reader that does not read."""
     os.mkfifo(tmp_path / "pipe.toml")
     read_end, write_end = os.pipe()
     fcntl.fcntl(write_end, fcntl.F_SETPIPE_SZ, 4096)  # the schema is larger
-    process = subprocess.Popen(
-        [sys.executable, "-m", "thermoroll_cli", *command], cwd=tmp_path, stdin=subprocess.PIPE, stdout=write_end,
-        stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    os.close(write_end)
-    # Asleep, and not for a moment only: it waits.
-    deadline, asleep = time.monotonic() + PATIENCE, 0
-    while asleep < 30:
-        assert time.monotonic() < deadline and process.poll() is None
-        asleep = asleep + 1 if catches(process.pid, signal.SIGTERM) and state_of(process.pid) == "S" else 0
-        time.sleep(0.01)
-    process.send_signal(signal.SIGTERM)
-    _, told = process.communicate(timeout=PATIENCE)
+    with ExitStack() as stack:
+        waiting = [
+            stack.enter_context(started(tmp_path, *words, stdin=subprocess.PIPE, stdout=write_end))
+            for words in (["validate", "-"], ["validate", "pipe.toml"], ["schema"])
+        ]
+        os.close(write_end)
+        # Asleep, and not for a moment only: they wait.
+        deadline, asleep = time.monotonic() + PATIENCE, 0
+        while asleep < 30:
+            assert time.monotonic() < deadline and all(each.poll() is None for each in waiting)
+            asleep = asleep + 1 if all(catches(each.pid, signal.SIGTERM) and asleep_now(each.pid) for each in waiting) else 0
+            time.sleep(0.01)
+        for each in waiting:
+            each.send_signal(signal.SIGTERM)
+        for each in waiting:
+            _, told = each.communicate(timeout=PATIENCE)
+            assert each.returncode == 143 and "Traceback" not in told
     os.close(read_end)
-    assert process.returncode == 143 and "Traceback" not in told
 
 
-def state_of(pid: int) -> str:
-    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+def no_fault(told: str) -> bool:
+    return not any(words in told for words in ("Traceback", "Exception ignored", "bug in thermoroll"))
+
+
+def catches(pid: int, number: signal.Signals) -> bool:
+    """Whether the process `pid` handles the signal `number` itself."""
+    (caught,) = re.findall(r"(?m)^SigCgt:\s*(\w+)", Path(f"/proc/{pid}/status").read_text())
+    return bool(int(caught, 16) >> (number - 1) & 1)
+
+
+def asleep_now(pid: int) -> bool:
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "S"
 
 
 def test_a_signal_during_the_first_imports_leaves_no_trace() -> None:
