@@ -283,6 +283,18 @@ def test_friction_that_begins_near_zero(at_rest: float, slip: float, creepage: f
     assert result.coupled.scalars["force_x_N"] == pytest.approx(force, abs=allowed)
 
 
+def test_a_small_force_is_found_beyond_a_threshold_where_stick_creeps_against_it() -> None:
+    """A ball in a close groove: with stick, differential slip alone makes more force than the one that is prescribed."""
+    law = FrictionLaw("table", table=((0.0, 0.0), (0.02, 0.0), (0.04, 1.0), (1e3, 1.0)))
+    result = solve(Problem(
+        STEEL, STEEL, Geometry(0.02, -0.022, math.inf, 0.02), 100.0, Friction(0.3, law), Motion(1.0, None, force_x=1.0),
+        Heating(heat=False), Numerics(grid=(8, 8))))
+    assert result.converged, result.reason
+    assert result.coupled.scalars["force_x_N"] == pytest.approx(1.0, rel=1e-4)
+    # A thirtieth of the largest friction, and differential slip.
+    assert result.coupled.scalars["creepage_longitudinal"] == pytest.approx(0.0206, rel=0.01)
+
+
 def test_a_force_is_found_beyond_a_threshold_of_slip() -> None:
     """Below it no force answers to a creepage, and none is found."""
     law = FrictionLaw("table", table=((0.0, 0.0), (0.02, 0.0), (0.04, 1.0), (1e3, 1.0)))

@@ -177,10 +177,9 @@ class RollingSolver:
         newton = Newton(unbounded, self.gradient, self._inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
         creep = newton.creepage(state.unknown)
-        if friction is not None and begins_at_zero and creep.any():
-            wanted = math.hypot(*(force or 0.0 for force in problem.force)) / problem.element_area
-            slip = friction.law.slip_of(wanted / float(problem.traction_bound.sum())) / friction.speed
-            creep *= max(1.0, slip / float(np.hypot(*creep)))
+        wanted = np.array([force or 0.0 for force in problem.force]) / problem.element_area
+        if friction is not None and begins_at_zero and (size := math.hypot(*wanted)):
+            # Full stick may need creepages against the force, where spin alone makes more of it.
+            slip = friction.law.slip_of(size / float(problem.traction_bound.sum())) / friction.speed
+            creep = max(float(creep @ wanted) / size, slip) * wanted / size
         return state.traction, (float(creep[0]), float(creep[1]))
-
-
