@@ -44,10 +44,11 @@ ROUNDING = 2e-5
 
 def solved(problem: Problem, *checks: Callable[[Result], Iterable[str]]) -> Outcome:
     """Solve `problem` and look for `violations`, and for what further `checks` find wrong. It is excused if there is more heat
-    than a steady state below the thermo-elastic limit has, or a force above the maximum of the creep curve."""
+    than a steady state below the thermo-elastic limit has, or a force above the maximum of the creep curve, or above what
+    friction across the contact carries."""
     result = solve_to_check(problem)
     broken = [*violations(result), *(fault for check in checks for fault in check(result))]
-    excused = bulges(result) or "no steady state carries" in result.reason
+    excused = bulges(result) or "no steady state carries" in result.reason or carries_less(result)
     return Outcome(result.converged, result.reason, excused, tuple(broken), result.work["levels"][-1]["applications"])
 
 
@@ -76,6 +77,19 @@ def bulges(result: Result) -> bool:
     scalars = result.isothermal.scalars
     return bool(result.problem.heating.deformation
                 and scalars["thermal_displacement_max_um"] > BELOW_LIMIT * scalars["approach_um"])  # fmt: skip
+
+
+def carries_less(result: Result) -> bool:
+    """Whether friction across the contact carries less than the prescribed force, Σ μ₀ m(y) p dA, under a pressure that is
+    right: it carries the load."""
+    problem, across = result.problem, result.problem.friction.across
+    if not across or not problem.prescribed_force:
+        return False
+    grid, pressure = _grid(result.coupled), result.coupled.fields["pressure"]
+    load = float((pressure * np.cos(problem.geometry.inclination(grid.y))).sum()) * grid.element_area
+    places, shares = zip(*across, strict=True)
+    carried = problem.friction.coefficient * float((np.interp(grid.y, places, shares) * pressure).sum()) * grid.element_area
+    return abs(load / problem.normal_force - 1.0) < LOAD and problem.prescribed_force > carried
 
 
 def patches(result: Result) -> Iterator[str]:

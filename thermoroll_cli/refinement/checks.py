@@ -12,7 +12,7 @@ from thermoroll_cli.refinement.scalars import power_balance_error
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.heated_bodies import LEAST_SPEED, heated_bodies
-from thermoroll_cli.steady_state.iteration import friction_of, transmissible_force
+from thermoroll_cli.steady_state.iteration import friction_of, reserve_across, transmissible_force
 
 BALANCE_ERROR = 1e-5
 """Largest relative error of the load, of prescribed forces (over μW), and of the heat beside the work of the creep forces: as
@@ -39,7 +39,8 @@ def failures(cold: Level, hot: Level | None) -> list[str]:
     reasons = [f"isothermal state: {reason}" for reason in _state_failures(cold)]
     if not derived.scales.converged:
         reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
-    if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim:
+    carries = reserve_across(cold.here, cold.contact.normal.pressure) >= 0.0  # else nothing can converge
+    if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim and carries:
         falls = derived.problem.friction_varies
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
         reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
@@ -136,11 +137,9 @@ def _state_failures(level: Level) -> list[str]:
     if problem.interlayer.yield_stress is not None and problem.prescribed_force > limit:
         return [f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed "
                 f"{problem.prescribed_force:.6g} N"]
-    if problem.friction.across and not problem.friction_varies:
-        limit = transmissible_force(discretisation, np.asarray(problem.friction.coefficient), normal.pressure)
-        if problem.prescribed_force > limit:
-            return [f"friction across the contact carries {limit:.6g} N at most, less than the prescribed "
-                    f"{problem.prescribed_force:.6g} N"]
+    if (reserve := reserve_across(discretisation, normal.pressure)) < 0.0:
+        return [f"friction across the contact carries {problem.prescribed_force + reserve:.6g} N at most, less than the "
+                f"prescribed {problem.prescribed_force:.6g} N"]
     shear = np.hypot(*tangential.traction)
     if np.linalg.norm(np.maximum(shear - bound, 0.0)) > LOCAL_ERROR * max(float(np.linalg.norm(bound)), 1e-300):
         reasons.append("traction exceeds the Coulomb bound")

@@ -33,7 +33,7 @@ from thermoroll_cli.numerics.krylov import Anderson, Secants
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
-from thermoroll_cli.steady_state.iteration import admissible_friction, can_transmit, iterate
+from thermoroll_cli.steady_state.iteration import admissible_friction, can_transmit, iterate, reserve_across
 
 MIXING_DEPTH = 8
 """Iterations that Anderson's mixing uses: more gain nothing at the accuracy of the iterations. Strong heat in partial slip
@@ -93,10 +93,10 @@ HEAT = Convergence(first_residual=0.1, tangential_share=0.05, possibly_last=60, 
 first residual of 1 the exact case at 11.28 W needs 276 transforms, with 0.1 it needs 173. Heat is proportional to the
 tractions, so their residual must be well below the change in an iteration. Close to the thermo-elastic limit a dozen iterations
 may pass without any gain."""
-SHEAR = Convergence(first_residual=2e-4, tangential_share=2.0, possibly_last=6, patience=11, recent=6, gain=0.7)
-"""Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: each iteration gains a factor
-of ten or more, its tractions are needed to a few per cent, and an iteration that has not converged after a dozen steps
-alternates between border elements."""
+SHEAR = Convergence(first_residual=2e-4, tangential_share=2.0, possibly_last=6, patience=16, recent=6, gain=0.7)
+"""Shear between dissimilar bodies usually moves the surfaces by a few per cent of the approach: each iteration gains a factor
+of ten or more, and its tractions are needed to a few per cent. With a coefficient of friction above one it gains a third, and
+an iteration that has not converged after some sixteen steps alternates between border elements."""
 
 Fields = dict[str, Any]
 """Arrays (nx, ny) by the names of `UNKNOWNS`."""
@@ -196,9 +196,9 @@ def _iterated(
         if least == math.inf or (solved and history[-1] < least):
             best, residual = replace(after, **unknowns_of(state)), history[-1]
             least = residual if solved else math.inf
-        if not changes or least <= limit or rim:
+        if not changes or least <= limit or rim or reserve_across(discretisation, normal.pressure) < 0.0:
             break
-        enough = _indifferent(discretisation, best, limit, convergence)
+        enough = _indifferent(discretisation, best, limit)
         if _stagnates(history, convergence, close=least <= enough):
             limit = enough
             break
@@ -268,7 +268,7 @@ def _stagnates(history: list[float], convergence: Convergence, *, close: bool) -
     return len(history) > patience and min(history[-recent:]) > convergence.gain * min(history[:-recent])
 
 
-def _indifferent(discretisation: Discretisation, state: Contact, limit: float, convergence: Convergence) -> float:
+def _indifferent(discretisation: Discretisation, state: Contact, limit: float) -> float:
     """Residual that is accepted if further iterations do not reduce it: only a finer grid could."""
     border = ACCEPTED_WITH_SHEAR / min(discretisation.grid.shape) ** 2 if discretisation.derived.kinematics.feeds_back else 0.0
     if state.expansion is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -80,6 +81,16 @@ def can_transmit(discretisation: Discretisation, contact: Contact) -> bool:
         return True
     force = transmissible_force(discretisation, contact.friction, contact.normal.pressure)
     return force > discretisation.derived.problem.prescribed_force
+
+
+def reserve_across(discretisation: Discretisation, pressure: Array) -> float:
+    """What friction that depends on the place across carries under `pressure`, less the prescribed force, in N; infinite for
+    friction that does not, or that also depends on temperature."""
+    problem = discretisation.derived.problem
+    if not problem.friction.across or problem.friction_varies:
+        return math.inf
+    carried = transmissible_force(discretisation, np.asarray(problem.friction.coefficient), pressure)
+    return carried - problem.prescribed_force
 
 
 def transmissible_force(discretisation: Discretisation, friction: Array, pressure: Array) -> float:
