@@ -20,6 +20,7 @@ from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material, Motion
 from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 K, KAPPA, RADIUS = 50.2, 10e-6, 1e-4
 MATCHED = Heating(partition="matched")
@@ -255,9 +256,9 @@ def test_sliding_peclet_numbers_match_too(speed):
 
 
 def surfaces(result, bulk: float = 0.0) -> float:
-    """Largest difference of both surface temperatures inside the contact over their peak."""
+    """Largest difference of both surface temperatures over their peak, in elements that touch as a whole."""
     f = result.coupled.fields
-    inside, difference = f["state"] > 0, f["temperature_rise_lower"] - f["temperature_rise_upper"] - bulk
+    inside, difference = f["covered"] == 1.0, f["temperature_rise_lower"] - f["temperature_rise_upper"] - bulk
     peak = max(np.abs(f["temperature_rise_lower"]).max(), np.abs(f["temperature_rise_upper"]).max(), abs(bulk))
     return float(np.abs(difference[inside]).max() / peak)
 
@@ -320,6 +321,32 @@ def test_bulk_temperatures_drive_heat_without_any_slip():
     # Without a difference there is nothing to conduct, and equal bodies on equal terms need no solution.
     still = solve(replace(problem, heating=replace(heating, bulk_lower=120.0)))
     assert "nothing rubs" in still.work["skipped"]["heat"] and not still.coupled.fields["temperature_rise_lower"].any()
+
+
+@pytest.mark.parametrize("grid", [13, 16, 24, 33])
+def test_heat_that_two_spheres_at_rest_conduct(grid):
+    """4 k a ΔT of a disc of one temperature on a half-space (Carslaw and Jaeger), for each body: border elements exchange
+    what their part in contact does."""
+    heating = replace(MATCHED, peclet="stationary", deformation=False, bulk_upper=100.0)
+    problem = rolling(grid=grid, heating=heating)
+    exact = 2.0 * STEEL.conductivity * DerivedQuantities(problem).scales.semi_axis_x * 100.0
+    result = solve(problem)
+    assert result.converged, result.reason
+    off = result.coupled.scalars["heat_conducted_W"] - exact
+    assert abs(off) < 0.02 * exact and abs(off) < result.error["heat_conducted_W"] * exact
+
+
+def test_an_element_that_the_border_hardly_reaches_hardly_exchanges():
+    disc = Disc(24)
+    rim = disc.contact & ~np.roll(disc.contact, 1, axis=0)
+    fluxes = []
+    for part in (1e-3, 1e-6, 0.0):
+        response = HeatResponse(disc.grid, body(), body(0.0, 20.0))
+        partition = match(response, disc.none, np.where(rim, part, disc.contact), 30.0)
+        assert partition.converged
+        fluxes.append(partition.heat.lower)
+    np.testing.assert_allclose(fluxes[1], fluxes[2], rtol=1e-4, atol=1e-5 * fluxes[2].max())
+    assert 0.0 < fluxes[0][rim].max() < 0.01 * fluxes[0].max()
 
 
 @pytest.mark.parametrize("peclet", ["rolling", "stationary", "sliding"])

@@ -137,7 +137,7 @@ HOT = {"motion": Motion(5.0, 0.02)}
       for name, case in CASES.items() if name.startswith(("wheel", "PEEK")))])
 def test_cost(problem):
     """Transforms on all grids of a coupled solve at N = 64 with and without tracks, each as much as its elements: at most
-    40 % more, also where bodies need hardly anything solved without them, and at most 15 applications where the heat must be
+    half more, also where bodies need hardly anything solved without them, and at most 15 applications where the heat must be
     divided."""
     passing = replace(problem, heating=replace(problem.heating, lower_track=None, upper_track=None))
     done = []
@@ -145,7 +145,7 @@ def test_cost(problem):
         assert result.converged and result.work["levels"][-1]["coupling_iterations"] > 0
         assert result.work["partition"]["applications"] <= 15
         done.append(sum(level["transforms"] * math.prod(level["grid"]) for level in result.work["levels"]))
-    assert done[0] < 1.4 * done[1]
+    assert done[0] < 1.5 * done[1]
 
 
 def test_a_ring_brings_heat_back_through_its_bore():

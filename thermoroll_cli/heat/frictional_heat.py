@@ -8,11 +8,17 @@ solves, on the contact,
 
 K_i includes the recirculating heat of a body that turns. The local share η = q_1/q is a result. It is outside [0, 1] if one
 surface warms the other: near the border, and in the stick area, where heat crosses without friction.
+
+Of an element the contact may cover a part c alone. Its flux then goes through this part, and is 1/c times the mean flux of the
+element; with κ, what an element's own flux adds to the difference of temperatures, its equation is
+
+    c [(K_1 + K_2) q_1 − K_2 q − B_2 + B_1] + (1 − c) κ (q_1 − η q) = 0,
+
+so that elements which the border hardly reaches hardly exchange heat beside an even division η.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,34 +54,43 @@ class Partition:
 
 
 def match(
-    response: ThermalResponse, flux: Array, contact: Mask, bulk_difference: float = 0.0,
+    response: ThermalResponse, flux: Array, covered: Array | Mask, bulk_difference: float = 0.0,
     slope: Array | None = None, start: Array | None = None,
 ) -> Partition:
     """Divide the frictional heat `flux` (W/m², (nx, ny), `slope` as in `DividedHeat`) so that both surfaces are equally warm on
-    the mask `contact`.
+    the contact, which has the part `covered` of each element.
 
     `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` the exchanged flux of a
     similar state (W/m², (nx, ny)), if known. The equation is solved for the correction of an even division by GMRES,
-    preconditioned with the inverse of the padded, periodic operator: 4 to 7 applications for 1e-4 at any grid and any Péclet
-    numbers, fewer from a start. If both bodies respond alike nothing is solved.
+    preconditioned with the inverse of the padded, periodic operator, and with 1/κ for parts that are not covered: 4 to 7
+    applications for 1e-4 at any grid and any Péclet numbers, fewer from a start. If both bodies respond alike nothing is
+    solved.
     """
     share = response.matched_share
     if share is not None and bulk_difference == 0.0:
         return Partition(DividedHeat(flux, share, slope=slope), 0.0, 0)
     share = response.likely_share
-    even = DividedHeat(flux, share, slope=slope)
+    even, contact = DividedHeat(flux, share, slope=slope), covered > 0.0
     if not contact.any() or not (flux.any() or bulk_difference):
         return Partition(even, 0.0, 0)
     known = np.zeros(contact.shape) if start is None else np.where(contact, start, 0.0)
     lower, upper = response.temperatures(even if start is None else replace(even, exchanged=known))
     peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), abs(bulk_difference))
+    convolution, symbol = response.difference_symbol()
+    part, own = covered[contact].astype(float), convolution.own(symbol)
 
     def gap(exchange: Vector) -> Vector:
-        return response.temperature_difference(_on_grid(exchange, contact))[contact]
+        return part * response.temperature_difference(_on_grid(exchange, contact))[contact] + (1.0 - part) * own * exchange
 
-    precondition = _preconditioner(response, contact)
-    mismatch = (upper - lower)[contact] + bulk_difference
+    inverse, root = 1.0 / symbol, np.sqrt(part)
+
+    def precondition(residual: Vector) -> Vector:
+        hat = convolution.forward(_on_grid(root * residual, contact))
+        hat *= inverse
+        return root * convolution.inverse(hat)[contact] + (1.0 - part) / own * residual
+
     exchange = known[contact]
+    mismatch = part * ((upper - lower)[contact] + bulk_difference) - (1.0 - part) * own * exchange
     applications = 0
     while applications < MOST_APPLICATIONS and np.abs(mismatch).max() > MISMATCH_TOLERANCE * peak:
         # GMRES reduces the root mean square; the mismatch is a maximum, a few times larger, and may need a second pass.
@@ -93,19 +108,6 @@ def _on_grid(values: Vector, contact: Mask) -> Array:
     field = np.zeros(contact.shape)
     field[contact] = values
     return field
-
-
-def _preconditioner(response: ThermalResponse, contact: Mask) -> Callable[[Vector], Vector]:
-    """Approximate inverse of `temperature_difference` on the contact: that of the padded, periodic convolution."""
-    convolution, spectrum = response.difference_symbol()
-    inverse = 1.0 / spectrum
-
-    def inverted(residual: Vector) -> Vector:
-        hat = convolution.forward(_on_grid(residual, contact))
-        hat *= inverse
-        return convolution.inverse(hat)[contact]
-
-    return inverted
 
 
 @dataclass(frozen=True)
@@ -162,13 +164,13 @@ class Heat:
 
 
 def divide(
-    heating: Heating, response: ThermalResponse, flux: Array, contact: Mask, slope: Array | None = None,
+    heating: Heating, response: ThermalResponse, flux: Array, covered: Array | Mask, slope: Array | None = None,
     start: Array | None = None,
 ) -> Heat:
     """Divide the frictional heat `flux`, which changes by `slope` along x through each element, between the bodies, as
-    `heating.partition` says; `start` as in `match`."""
+    `heating.partition` says; `covered` and `start` as in `match`."""
     if heating.partition == "matched":
-        return Heat(flux, match(response, flux, contact, heating.bulk_difference, slope, start), response,
+        return Heat(flux, match(response, flux, covered, heating.bulk_difference, slope, start), response,
                     heating.conducts)
     return Heat(flux, Partition(DividedHeat(flux, heating.partition, slope=slope), 0.0, 0), response)
 

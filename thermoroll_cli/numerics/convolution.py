@@ -160,9 +160,18 @@ class Convolution:
         """Σ ∂/∂(x/dx) of a product of two fields with the real spectrum `power` (py//2+1, px): by the central difference of
         fourth order, which conserves the power of symmetric kernels."""
         theta = 2.0 * np.pi * np.fft.fftfreq(self.px)
+        return float(self._weight @ power @ ((8.0 * np.sin(theta) - np.sin(2.0 * theta)) / 6.0)) * self._scale
+
+    def own(self, spectrum: Spectrum) -> float:
+        """What the kernel of a `spectrum` (py//2+1, px) adds to an element by its own value."""
+        return float((self._weight @ spectrum.real).sum()) * self._scale
+
+    @property
+    def _weight(self) -> Array:
+        """How often each line of a spectrum occurs in the whole plane, (py//2+1)."""
         weight = np.full(self.half, 2.0)
         weight[0] = weight[-1] = 1.0
-        return float(weight @ power @ ((8.0 * np.sin(theta) - np.sin(2.0 * theta)) / 6.0)) * self._scale
+        return weight
 
     def spectrum(self, table: Array) -> Spectrum:
         """Spectrum of a kernel given at offsets −(nx−1)…nx−1 by −(ny−1)…ny−1, shape (2nx−1, 2ny−1).

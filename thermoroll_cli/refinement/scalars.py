@@ -219,7 +219,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         heat, heating = discretisation.heat(contact), problem.heating
         rises = heat.temperatures()
         scalars["partition_mean"] = heat.mean_share
-        scalars |= heat_flows(heating, heat, inside, grid.element_area)
+        scalars |= heat_flows(heating, heat, contact.normal.covered, grid.element_area)
         if heat.into.exchanged is not None:
             fields["heat_flux_lower"] = heat.into.lower
         for body, rise, inner, bulk in zip(
@@ -309,14 +309,14 @@ def _hottest(rise: Array) -> float:
     return peak_value(rise, averages=False) if rise.max() > ROUNDING * np.abs(rise).max() else 0.0
 
 
-def heat_flows(heating: Heating, heat: Heat, contact: Mask, element_area: float) -> dict[str, float]:
+def heat_flows(heating: Heating, heat: Heat, covered: Array, element_area: float) -> dict[str, float]:
     """Heat in W that enters each body, and that flows from the hotter to the colder one by conduction alone.
 
     The division of heat is linear in friction and in the difference of bulk temperatures, so the last one is the heat that
     would flow through this contact without friction."""
     conducted = 0.0
     if heating.conducts:
-        alone = heat if not heat.flux.any() else divide(heating, heat.response, np.zeros(heat.flux.shape), contact)
+        alone = heat if not heat.flux.any() else divide(heating, heat.response, np.zeros(heat.flux.shape), covered)
         conducted = abs(float(alone.into.lower.sum())) * element_area
     lower, upper = (float(flux.sum()) * element_area for flux in (heat.into.lower, heat.into.upper))
     return {"heat_into_lower_W": lower, "heat_into_upper_W": upper, "heat_conducted_W": conducted}

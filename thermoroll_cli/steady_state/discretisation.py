@@ -138,13 +138,10 @@ class Discretisation:
         known = next((heat for traction, heat in self._heats if traction is tangential), None)
         if known is None:
             response = self.heat_response(tangential.creepage, tangential.slip)
-            heating, normal = self.derived.problem.heating, contact.normal
-            # Recirculating heat depends on all exchanged heat, and slightly covered border elements would exchange as much as
-            # others. Elements covered by half or more have the area of the contact on average.
-            inside = normal.covered >= 0.5 if heating.recirculates else normal.contact
+            heating, covered = self.derived.problem.heating, contact.normal.covered
             slope = self.derived.problem.motion.speed * tangential.heat_slope
             before = self._heats[-1][1].into.exchanged if self._heats else None
-            known = divide(heating, response, self.heat_flux(tangential), inside, slope, before)
+            known = divide(heating, response, self.heat_flux(tangential), covered, slope, before)
             self._heats = [*self._heats[-1:], (tangential, known)]
         return known
 
