@@ -194,7 +194,7 @@ def test_stress_at_the_surface_with_spin() -> None:
 def test_random_cases_as_the_command_prints_them(tmp_path: Path) -> None:
     """Cases of the stress generator, drawn anew for this test: few errors are larger than printed, none three times."""
     shortfalls = []
-    for seed in (830001, 830002, 830003, 830006, 830007):
+    for seed in (830001, 830002, 830003, 830004, 830006, 830007):
         case = stress_case(seed, small=True)
         assert case.below_limit
         (tmp_path / "case.toml").write_text(case.case.text)

@@ -38,7 +38,8 @@ place of 3: 95.9 % and 1.0 % of estimates from two grids). The estimate of what 
 applied (1.25: twelve times the true error at the median of N = 64, and more)."""
 ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 """q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
-√s ln s, and exchanged heat is singular at the border of its area: first order (2: 94.7 % and 0.8 %). So is the end of
+√s ln s, and exchanged heat is singular at the border of its area, where it alone warms elements: first order (2: 94.7 % and
+0.8 %). So is the end of
 stick where slip sets in at once, over an interlayer or with friction that rises with slip. Stresses rise like √s from the
 border (2: 84 % of stresses covered)."""
 BORDER = 1.0 / 3.0
@@ -163,7 +164,9 @@ class Resolution:
     def order(self, kind: Kind) -> float:
         """q of a kind of scalars."""
         derived, law = self.derived, self.derived.problem.friction.law
-        exchanged = derived.problem.heating.partition == "matched" and kind == "exchanged heat"
+        heating = derived.problem.heating
+        exchanged = ((heating.partition == "matched" and kind == "exchanged heat")
+                     or (heating.conducts and kind == "diffused mean"))
         abrupt = derived.problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
         uneven = derived.dissimilar or (derived.relaxing is not None and kind == "peak pressure")
         return ORDER_UNEVEN if uneven or exchanged or kind == "first order" or (abrupt and kind == "stick") else ORDER
