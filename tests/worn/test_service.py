@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import shutil
 from pathlib import Path
 
 import h5py
@@ -23,10 +24,30 @@ from thermoroll_cli.worn.service import depths_of, outlines_of
 RATE = 1e-5
 SHIFT, YAW = "wheelset.lateral_shift_mm", "wheelset.yaw_mrad"
 ONE = Case.read(ROOT / "cases" / "manchester.toml").with_values({
-    "numerics.grid": 16, "wheelset.wheels": "right", "wheelset.angular_velocity_rad_s": 4.3345, "wheelset.vertical_N": 1e4,
-    "wheelset.patches": "planar", "wheelset.lateral_shift_mm": 3.0, "wear.upper.specific_wear_rate_mm3_Nm": RATE,
-    "wear.lower.specific_wear_rate_mm3_Nm": 2e-5, "wear.lower.track_length_m": 100.0, "wear.depth_um": 4.0})  # fmt: skip
+    "numerics.grid": 12, "thermal.heat": False, "wheelset.wheels": "right", "wheelset.angular_velocity_rad_s": 4.3345,
+    "wheelset.vertical_N": 1e4, "wheelset.patches": "planar", "wheelset.lateral_shift_mm": 3.0,
+    "wear.upper.specific_wear_rate_mm3_Nm": RATE, "wear.lower.specific_wear_rate_mm3_Nm": 2e-5,
+    "wear.lower.track_length_m": 100.0, "wear.depth_um": 4.0})  # fmt: skip
 A, B = {SHIFT: 2.0, YAW: 1.0}, {SHIFT: 4.0}
+BOTH = ONE.with_values({"wear.positions": [[0.7, A], [0.3, B]], "wear.step_um": 20.0})
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with m.toml, which has both positions, what the command has written in results, and what it has printed."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "m.toml").write_text(BOTH.to_toml())
+    done = call("wear", "m.toml", "--json", "-q", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    (folder / "printed").write_text(done.stdout)
+    return folder
+
+
+def resumed(whole: Path, folder: Path, lines: list[str] | None = None) -> Evolution:
+    """The evolution of both positions from their journal, or from other lines of it."""
+    journal = whole / "results" / "m_wear.jsonl"
+    (folder / journal.name).write_text("".join(lines) if lines else journal.read_text())
+    return wear(Case.read(whole / "m.toml"), folder, resume=True)
 
 
 def followed(positions: list | None, steps: float = 20.0) -> Evolution:
@@ -69,8 +90,8 @@ def test_worn_volumes_are_those_of_the_frictional_work() -> None:
     assert len(done.rows) > 2
 
 
-def test_order_and_parts_of_positions_change_nothing() -> None:
-    first = followed([[0.7, A], [0.3, B]])
+def test_order_and_parts_of_positions_change_nothing(whole: Path, tmp_path: Path) -> None:
+    first = resumed(whole, tmp_path)
     other = followed([[3.0, B], [2.0, A], [5.0, A]])
     assert len(first.rows) == len(other.rows) >= 2
     for mine, theirs in zip(first.rows, other.rows, strict=True):
@@ -102,23 +123,21 @@ def test_flange_of_a_new_wheel_is_that_of_its_drawing() -> None:
     assert math.isnan(flange(wheel.profile, 0.3)[0])
 
 
-def test_command_writes_resumes_and_shares(tmp_path: Path) -> None:
-    case = ONE.with_values({"wear.positions": [[0.7, A], [0.3, B]]})
-    (tmp_path / "m.toml").write_text(case.to_toml())
-    done = call("wear", "m.toml", "--json", "-q", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    printed = json.loads(done.stdout)
+def test_command_writes_resumes_and_shares(whole: Path, tmp_path: Path) -> None:
+    printed = json.loads((whole / "printed").read_text())
     assert printed["status"] == "converged" and printed["conicity_3mm"] is None
-    folder = tmp_path / "results"
-    assert (folder / "m_wear.png").stat().st_size > 10_000
+    folder = whole / "results"
+    assert (folder / "m_wear.png").read_bytes().startswith(b"\x89PNG")
     text = (folder / "m_wear.csv").read_text()
     rows = list(csv.DictReader(text.splitlines()))
     assert float(rows[-1]["flange_thickness_right_mm"]) == pytest.approx(32.5, abs=0.1)
     # The last records are lost: the rest is solved again, by two processes.
-    journal = folder / "m_wear.jsonl"
-    journal.write_text("".join(journal.read_text().splitlines(keepends=True)[:-3]))
+    shutil.copy(whole / "m.toml", tmp_path)
+    (tmp_path / "results").mkdir()
+    lines = (folder / "m_wear.jsonl").read_text().splitlines(keepends=True)
+    (tmp_path / "results" / "m_wear.jsonl").write_text("".join(lines[:-3]))
     again = call("wear", "m.toml", "--resume", "--jobs", "2", "-q", "--no-plots", cwd=tmp_path)
-    assert again.returncode == 0 and (folder / "m_wear.csv").read_text() == text, again.stderr
+    assert again.returncode == 0 and (tmp_path / "results" / "m_wear.csv").read_text() == text, again.stderr
     # The result file has the first position on the worn outlines, which `run --from` solves again and `plot` draws.
     with h5py.File(folder / "m_wear.h5") as file:
         assert file["wear/depth_wheel_right"].shape == (len(file["wear/distance"]), len(file["wear/length_wheel_right"]))
@@ -126,13 +145,13 @@ def test_command_writes_resumes_and_shares(tmp_path: Path) -> None:
         assert file["wear/steps/T_gamma_N_error"].shape == (len(rows),)
     result = read_result(folder / "m_wear.h5")
     worn = Case.from_json(result.case_json)
-    assert worn.task.position.y == pytest.approx(2e-3) and worn.settings.wear.positions == case.settings.wear.positions
-    again = json.loads(call("run", "--from", folder / "m_wear.h5", "--json", "-q", "--no-plots", cwd=tmp_path).stdout)
-    assert again["T_gamma_N"] == pytest.approx(result["T_gamma_N"], rel=1e-4)
+    assert worn.task.position.y == pytest.approx(2e-3) and worn.settings.wear.positions == BOTH.settings.wear.positions
+    once = json.loads(call("run", "--from", folder / "m_wear.h5", "--json", "-q", "--no-plots", cwd=tmp_path).stdout)
+    assert once["T_gamma_N"] == pytest.approx(result["T_gamma_N"], rel=1e-4)
     assert call("plot", folder / "m_wear.h5", "-o", tmp_path / "drawn", "-q", cwd=tmp_path).returncode == 0
     # The worn wheel is a profile as any other.
-    used = case.with_values({"wheelset.wheel_profile": {"file": str(folder / "m_worn_wheel_right.csv")}})
-    assert used.task.wheels["right"].profile != case.task.wheels["right"].profile
+    used = BOTH.with_values({"wheelset.wheel_profile": {"file": str(folder / "m_worn_wheel_right.csv")}})
+    assert used.task.wheels["right"].profile != BOTH.task.wheels["right"].profile
 
 
 @pytest.mark.parametrize(("values", "words"), [
@@ -196,15 +215,13 @@ def test_errors_cover_shorter_steps() -> None:
         assert 0.0 < apart < coarse[-1][f"{name}_error"] < 0.2 * coarse[-1][name]
 
 
-def test_a_position_that_has_failed_is_solved_again(tmp_path: Path) -> None:
+def test_a_position_that_has_failed_is_solved_again(whole: Path, tmp_path: Path) -> None:
     """What failed for want of memory, or with an older version, is no fate of the evolution."""
-    case = ONE.with_values({"wear.positions": [[0.7, A], [0.3, B]], "wear.step_um": 20.0})
-    whole = wear(case, tmp_path)
-    journal = tmp_path / f"{case.name}_wear.jsonl"
-    first, *records = journal.read_text().splitlines(keepends=True)
+    first, *records = (whole / "results" / "m_wear.jsonl").read_text().splitlines(keepends=True)
     failed = [{"key": "0/2", "reason": "killed", "solved": False}, json.loads(records[2]) | {"solved": False}]
-    journal.write_text(first + records[0] + "".join(json.dumps(record) + "\n" for record in failed))
-    assert wear(case, tmp_path, resume=True).rows == whole.rows
+    (tmp_path / "all").mkdir()
+    again = resumed(whole, tmp_path, [first, records[0], *(json.dumps(record) + "\n" for record in failed)])
+    assert again.converged and again.rows == resumed(whole, tmp_path / "all").rows
 
 
 def test_validate_checks_the_keys_of_positions(tmp_path: Path) -> None:

@@ -112,33 +112,32 @@ def test_a_crown_wears_flat() -> None:
 
 def test_a_crown_worn_far_beyond_the_approach_is_rigid() -> None:
     """Depth w²/(2R) ∝ n^(2/3) of rigid wear, and the passes of an independent wear solver; ridges at the border of the contact
-    would limit the steps. After five approaches the rigid law is 0.5 % off on fine grids, after ten 0.2 %."""
-    wanted = REFERENCE["twin_disc_to_10"]["trajectory"][-2]
+    would limit the steps. After two approaches the rigid law is 2 % off, by that solver, too."""
+    wanted = REFERENCE["twin_disc_to_10"]["trajectory"][-3]
     depth = wanted["total_depth_um"] * 1e-6
     problem = replace(TWIN_DISC, numerics=Numerics(grid=(16, 16)), wear=replace(TWIN_DISC.wear, depth=depth))
     *_, last = evolution(problem)
-    assert last.steps <= 110
+    assert last.steps <= 33
     assert last.deepest == pytest.approx(depth, rel=1e-5)
     assert last.distance == pytest.approx(wanted["passes"], rel=REFERENCE["tolerance"]["passes_later"])
     assert last.worn_area("upper") == pytest.approx(RATE * LOAD * CREEPAGE * last.distance, rel=REFERENCE["tolerance"]["mass"])
     rigid = (1.5 * 0.2 * RATE * LOAD * CREEPAGE * last.distance) ** (2.0 / 3.0) / (2.0 * 0.2)
-    assert last.deepest == pytest.approx(rigid, rel=8e-3)
+    assert last.deepest == pytest.approx(0.98 * rigid, rel=5e-3)
 
 
 def test_steps_converge_at_first_order() -> None:
     def passes(fraction: float) -> float:
-        wear = replace(TWIN_DISC.wear, step_fraction=fraction, depth=2e-6)
+        wear = replace(TWIN_DISC.wear, step_fraction=fraction, depth=1e-6)
         problem = replace(TWIN_DISC, numerics=Numerics(grid=(16, 16)), wear=wear)
         return list(evolution(problem))[-1].distance
 
-    fine = passes(0.005)
-    errors = [abs(passes(fraction) - fine) for fraction in (0.08, 0.02)]
-    assert math.log(errors[0] / errors[1]) / math.log(4.0) > 0.9
+    coarse, middle, fine = (passes(fraction) for fraction in (0.08, 0.04, 0.02))
+    assert 0.9 < math.log2((coarse - middle) / (middle - fine)) < 1.3
 
 
 def test_grids_converge() -> None:
     def passes(side: int) -> float:
-        wear = replace(TWIN_DISC.wear, step_fraction=0.02, depth=2.28e-6)
+        wear = replace(TWIN_DISC.wear, step_fraction=0.03, depth=2.28e-6)
         return list(evolution(replace(TWIN_DISC, numerics=Numerics(grid=(side, side)), wear=wear)))[-1].distance
 
     fine = passes(64)
@@ -169,18 +168,13 @@ def test_a_contact_wears_up_to_the_end_of_a_profile() -> None:
     assert last.result is not None and "pressure_max_MPa" in last.result.unbounded
 
 
-def ball_on_ball(side: int) -> list[ContactState]:
-    """A contact whose upper body wears far beyond the approach, while it becomes three times as wide."""
+def test_the_largest_pressure_of_a_worn_contact_is_that_of_its_middle() -> None:
+    """The upper body wears far beyond the approach, while the contact becomes three times as wide: no ridges at the border of
+    the worn strip; 3 % for a step or two after the contact has reached a row."""
     problem = Problem(STEEL, STEEL, Geometry(0.02, 0.02, 0.02, 0.03), 100.0, Friction(0.3), Motion(1.0, 0.02),
-                      Heating(heat=False), Numerics(grid=(side, side)), wear=Wear(upper=WornBody(1e-14, 0.125), distance=20e3))
-    return list(evolution(problem))
-
-
-@pytest.mark.parametrize("side", [16, 32])
-def test_the_largest_pressure_of_a_worn_contact_is_that_of_its_middle(side: int) -> None:
-    """No ridges at the border of the worn strip on any grid; 3 % for a step or two after the contact has reached a row."""
+                      Heating(heat=False), Numerics(grid=(16, 16)), wear=Wear(upper=WornBody(1e-14, 0.125), distance=20e3))
     ratios = []
-    for state in ball_on_ball(side):
+    for state in evolution(problem):
         assert state.result is not None
         pressure = state.result.coupled.fields["pressure"].max(axis=0)
         ratios.append(state.result.coupled.scalars["pressure_max_MPa"] * 1e6 / pressure[len(pressure) // 2])
@@ -188,13 +182,13 @@ def test_the_largest_pressure_of_a_worn_contact_is_that_of_its_middle(side: int)
 
 
 def test_errors_cover_finer_steps_and_grids() -> None:
-    """The state after a distance, against one of more rows and ten times as many steps."""
+    """The state after a distance, against one of more rows and three times as many steps."""
     def at_end(side: int, fraction: float) -> ContactState:
         wear = Wear(upper=WornBody(RATE, 1.0), distance=100.0, step_fraction=fraction)
         *_, last = evolution(replace(TWIN_DISC, numerics=Numerics(grid=(side, side)), wear=wear))
         return last
 
-    coarse, fine = at_end(16, 0.1), at_end(32, 0.01)
+    coarse, fine = at_end(16, 0.1), at_end(32, 0.03)
     depth_error, area_error = coarse.errors("upper")
     assert abs(coarse.deepest - fine.deepest) < depth_error < 0.1 * fine.deepest
     assert abs(coarse.worn_area("upper") - fine.worn_area("upper")) <= area_error < 1e-3 * fine.worn_area("upper")
@@ -227,7 +221,7 @@ def test_a_case_wears_in_regimes(tmp_path: Path) -> None:
     """Mild at the border, severe in the middle: the strip wears less unevenly than at one rate (as the square of T_γ/A);
     the picture has the regimes."""
     mild = "[[5, 1e-5], [100, 5e-7]]"
-    done = call("wear", CASE, "-o", tmp_path, "--json", "--set", "numerics.grid=16", "--set", "wear.depth_um=2",
+    done = call("wear", CASE, "-o", tmp_path, "--json", "--set", "numerics.grid=16", "--set", "wear.depth_um=1",
                 "--set", f"wear.upper.specific_wear_rate_mm3_Nm={mild}")
     assert done.returncode == 0 and (tmp_path / "twin_disc_wear_wear.png").exists()
     with h5py.File(tmp_path / "twin_disc_wear_wear.h5") as file:
@@ -270,18 +264,18 @@ specific_wear_rate_mm3_Nm = 1e-4
 
 
 def test_the_command_resumes_as_if_undisturbed(tmp_path: Path) -> None:
-    settings = ("--set", "numerics.grid=16", "--set", "wear.depth_um=12", "--set", "wear.step_fraction=0.05", "--no-plots",
+    settings = ("--set", "numerics.grid=16", "--set", "wear.depth_um=6", "--set", "wear.step_fraction=0.1", "--no-plots",
                 "-q")
     whole, torn = tmp_path / "whole", tmp_path / "torn"
     assert call("wear", CASE, "-o", whole, *settings).returncode == 0
     lines = (whole / "twin_disc_wear_wear.jsonl").read_text().splitlines(keepends=True)
-    assert len(lines) > 24
+    assert len(lines) > 6
     torn.mkdir()
-    (torn / "twin_disc_wear_wear.jsonl").write_text("".join(lines[:24]) + lines[24][:100])
+    (torn / "twin_disc_wear_wear.jsonl").write_text("".join(lines[:6]) + lines[6][:100])
     assert call("wear", CASE, "-o", torn, "--resume", *settings).returncode == 0
     assert (torn / "twin_disc_wear_wear.csv").read_text() == (whole / "twin_disc_wear_wear.csv").read_text()
     rows = list(csv.DictReader((whole / "twin_disc_wear_wear.csv").read_text().splitlines()))
-    assert float(rows[-1]["depth_max_upper_um"]) == pytest.approx(12.0, rel=1e-5)
+    assert float(rows[-1]["depth_max_upper_um"]) == pytest.approx(6.0, rel=1e-5)
     with h5py.File(whole / "twin_disc_wear_wear.h5") as file:
         assert file["wear/profile_upper"].shape == (len(file["wear/distance"]), len(file["wear/y"]))
         assert file["wear/steps/distance_km"].shape == (len(rows),)
@@ -314,7 +308,7 @@ def test_what_does_not_fit_is_an_error(tmp_path: Path, old: str, new: str, words
 def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> None:
     """What is worn off where the bodies touch is missing in the approach, so that the load falls. The worn case has the load of
     the last step, heights of a profile have no zero, and an evolution that asks for more than the approach ends."""
-    text = CASE.read_text().replace("normal_N = 1500.0", "approach_um = 6.0").replace("grid = 64", "grid = 16")
+    text = CASE.read_text().replace("normal_N = 1500.0", "approach_um = 6.0").replace("grid = 64", "grid = 12")
     text = text.replace("depth_um = 20.0", "depth_um = 3.0\nstep_fraction = 0.2")
     crown = [[y, 3.0 - y**2 / 400.0] for y in np.linspace(-8.0, 8.0, 33).tolist()]
     profile = f"[geometry.upper_profile]\npoints_mm = {crown}\n[load]"
