@@ -144,7 +144,7 @@ def test_surfaces_that_touch_are_equally_warm() -> None:
 
 def test_bodies_coated_alike_share_the_heat() -> None:
     body = replace(STEEL, layers=(CARBON,))
-    result = solve(coated(body, body, creepage=0.0, motion=Motion(8.0, 0.0, 0.02)))
+    result = solve(coated(body, body, creepage=0.0, motion=Motion(8.0, 0.0, 0.02), numerics=Numerics(grid=(16, 16))))
     assert result.coupled.scalars["partition_mean"] == pytest.approx(0.5, abs=1e-3)
     bodies = heated_bodies(coated(body, body, creepage=0.0), 0.0, 0.0)
     assert HeatResponse(Grid.over((8, 8), 1e-4, 1e-4), *bodies).matched_share == 0.5
@@ -169,13 +169,12 @@ def test_response_is_the_sum_of_its_tables() -> None:
 
 
 @pytest.mark.parametrize(("layer", "speed", "peclet"), [
-    (CARBON, 8.0, "rolling"), (POLYMER, 0.5, "rolling"), (CARBON, 0.5, "stationary"),
-    (replace(CARBON, thickness=2e-5), 2.0, "rolling"),
+    (POLYMER, 0.5, "rolling"), (CARBON, 0.5, "stationary"), (replace(CARBON, thickness=2e-5), 2.0, "rolling"),
 ])  # fmt: skip
 def test_estimates_cover_what_finer_grids_change(layer: Layer, speed: float, peclet: str) -> None:
     body = replace(STEEL, layers=(layer,))
     problem = coated(STEEL, body, 0.002, speed, heating=Heating(peclet=peclet))
-    coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))).summary() for n in (32, 64))
+    coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))).summary() for n in (16, 32))
     for name in ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "temperature_interface_max_upper_K"):
         assert abs(coarse[name] - fine[name]) <= coarse["error"][name] * coarse["temperature_rise_max_upper_K"], name
 

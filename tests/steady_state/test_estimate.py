@@ -36,12 +36,14 @@ def cases() -> list[dict]:
 
 @cache
 def pairs() -> tuple[Pair, ...]:
-    """All pairs; what is prescribed, exact or zero by symmetry has no error and would make averages look better."""
+    """Pairs of every other two cases, and of some on the finer grid; what is prescribed, exact or zero by symmetry has no error and would make averages look better."""
     out = []
     for number, case in enumerate(cases()):
+        if number % 4 not in (0, 3):
+            continue
         given = case["input"]
         limit = given["friction"] * given["normal_N"]
-        for grid in GRIDS:
+        for grid in GRIDS if number % 12 == 0 else GRIDS[:1]:
             result = solve(problem_of(given, grid))
             assert result.converged, (number, grid, result.reason)
             for name in SCALARS:

@@ -94,9 +94,9 @@ def partly_sliding(grid, creepage=(0.003, 0.0), extent=2.2, speed=600.0, spin=0.
 def test_the_domain_follows_a_contact_that_moves(radius_y):
     """Heat draws the contact to its trailing side. On the domain that follows it errors are less than half of those on one that
     holds it from the beginning, with as many elements, and the states agree."""
-    followed = solved(partly_sliding(64, radius_y=radius_y))
+    followed = solved(partly_sliding(48, radius_y=radius_y))
     still = SolverOptions(most_moves=0)
-    fixed, fine = (solve(partly_sliding(n, extent=3.4, radius_y=radius_y), options=still) for n in (64, 144))
+    fixed, fine = (solve(partly_sliding(n, extent=3.4, radius_y=radius_y), options=still) for n in (48, 96))
     assert followed.converged and fixed.converged and fine.converged
     assert followed.work["extent"] == 2.2 and fine.work["extent_coupled"] == 3.4 and not fine.own_grids
     left, right, low, high = followed.work["domain_coupled_mm"]
@@ -155,14 +155,12 @@ def test_heat_that_leaves_a_tenth_of_the_contact(heat):
 
 
 def test_a_contact_that_partly_sticks_at_six_times_the_heat_of_the_article():
-    """1200 m/s instead of 200: beyond what turns that remember little find from a cold start."""
-    found, finer = (solved(article_4_1(n, 1200.0)) for n in (96, 128))
-    for result in (found, finer):
-        assert result.converged and result.own_grids, result.reason
-        assert result.coupled.fields["pressure"].sum() * on(result, result.coupled)[1] == pytest.approx(65.0, rel=1e-6)
-    for name in ("gamma_p", "gamma_c", "Q_F_W"):
-        value, other = found.coupled.scalars[name], finer.coupled.scalars[name]
-        assert abs(value / other - 1.0) < found.error[name] + finer.error[name]
+    """1200 m/s instead of 200: beyond what turns that remember little find from a cold start. Values are of 128 elements."""
+    found = solved(article_4_1(96, 1200.0))
+    assert found.converged and found.own_grids, found.reason
+    assert found.coupled.fields["pressure"].sum() * on(found, found.coupled)[1] == pytest.approx(65.0, rel=1e-6)
+    for name, value in (("gamma_p", 7.081), ("gamma_c", 0.5618), ("Q_F_W", 69.10)):
+        assert abs(found.coupled.scalars[name] / value - 1.0) < found.error[name] + 0.004, name
 
 
 def test_a_run_without_a_steady_state_ends_with_its_own_best_state():

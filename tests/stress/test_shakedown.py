@@ -85,14 +85,14 @@ def test_largest_over_depth_finds_the_top_of_a_parabola_and_leaves_the_surface_o
     assert value == pytest.approx(2.0) and depth == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize(("friction", "expected"), [(0.0, 4.632), (0.1, 4.129), (0.2, 3.683), (0.3, 3.315)])
+@pytest.mark.parametrize(("friction", "expected"), [(0.0, 4.632), (0.3, 3.315)])
 def test_shakedown_limit_of_circular_contacts(friction: float, expected: float) -> None:
     result = solve(strong_circle(friction))
     below = result.subsurface.scalars["shakedown_k_below_lower_MPa"]
     assert result.of_problem["hertz_p0_MPa"] / below == pytest.approx(expected, rel=7e-4)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.2])
+@pytest.mark.parametrize("friction", [0.2])
 def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
     """Against quadratures of Boussinesq's and Cerruti's stresses. Their histories end at the border of a domain, which matters
     farther down; there against those of a domain that is wide by itself."""
@@ -101,7 +101,7 @@ def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
     body, p0 = result.subsurface.bodies["lower"], result.of_problem["hertz_p0_MPa"] * 1e6
     relative = np.array(wanted["depths_over_smaller_semi_axis"][1:])
     depths = relative * result.of_problem["hertz_a_mm"] * 1e-3
-    wide = solve(replace(strong_circle(friction), numerics=Numerics((160, 160), extent=5.5))).subsurface.bodies["lower"]
+    wide = solve(replace(strong_circle(friction), numerics=Numerics((96, 96), extent=5.5))).subsurface.bodies["lower"]
     for name, factor, column, last in (("shakedown_k", SQRT3, "shakedown", 2.0), ("alternating_k", SQRT3, "ball_5d", 0.8),
                                        ("dang_van", 1.0, "dang_van_0p3", 0.35)):
         found, there = (CubicSpline(each.depths, each.strength[name].reshape(len(each.depths), -1).max(axis=1))(depths)
@@ -112,7 +112,7 @@ def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
 
 
 def test_strength_compares_with_what_is_needed_and_has_estimates() -> None:
-    coarse, fine = solve(strong_circle(0.2, 32)), solve(strong_circle(0.2, 96))
+    coarse, fine = solve(strong_circle(0.2, 24)), solve(strong_circle(0.2, 64))
     scalars, error = coarse.subsurface.scalars, coarse.subsurface.error
     assert scalars["shakedown_factor_lower"] == pytest.approx(200.0 / scalars["shakedown_k_lower_MPa"])
     utilised = abs(coarse.coupled.scalars["force_x_N"]) / 65.0
@@ -142,7 +142,7 @@ def test_histories_go_on_outside_the_domain(name: str, coefficient: float, truth
 
 def test_what_falls_from_the_surface_has_no_estimate_below_it() -> None:
     """The first depth carries more than the peak below it: another first depth would have another value."""
-    result = solve(strong_circle(0.4, 32))
+    result = solve(strong_circle(0.4, 24))
     steps = np.diff(result.subsurface.bodies["lower"].strength["shakedown_k"])
     assert (steps[:2] < 0.0).all() and (steps > 0.0).any()
     error = result.subsurface.error

@@ -252,6 +252,8 @@ def _nearest(axis: AnyArray, at: float) -> int:
 LAYER_POINTS, ELEMENT_POINTS = 5, 3
 """Points of the interpolating polynomials: along the depth, where the depths are far apart, and along the surface."""
 MOST_MOVES = 16
+CONTENDER = 0.5
+"""Share of the largest value that a layer or the surface needs to be searched: no polynomial rises to twice its points."""
 ZOOMS, POINTS_PER_ZOOM = 7, 9
 """Each zoom samples so many points per axis and shrinks to a quarter."""
 
@@ -262,21 +264,26 @@ def peak_of(
     """The largest of `values` (nz, nx, ny) on `depths` × `x` × `y`, between them by polynomials through the neighbours in the
     same layer of the coating, of all depths or only every `every`-th one.
 
-    If the largest value is at the surface, the surface alone is searched as well. A `mirrored` field, even in y, is given for
+    The surface alone is searched as well. A `mirrored` field, even in y, is given for
     y > 0 only. Positions are in the units of the arrays."""
-    candidates = [_followed(values[part][::every], depths[part][::every], x, y, mirrored) for part in within_layers(depths)]
+    parts = [(values[part][::every], depths[part][::every]) for part in within_layers(depths)]
     if depths[0] == 0.0:
-        candidates.append(_followed(values[:1], depths[:1], x, y, mirrored))
-    return max(candidates, key=_value)
+        parts.append((values[:1], depths[:1]))
+    tops = [float(part.max()) for part, _ in parts]
+    return max((_followed(part, at, x, y, mirrored) for (part, at), top in zip(parts, tops, strict=True)
+                if top >= CONTENDER * max(tops) or max(tops) <= 0.0), key=_value)
 
 
 def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:
     """The maximum near the largest of `values`, searched again around each place found: on an inclined ridge it may lie between
     two depths, several elements away from the largest value at one depth."""
-    place = np.unravel_index(int(np.argmax(values)), values.shape)
+    place: tuple[int, ...] = tuple(int(i) for i in np.unravel_index(int(np.argmax(values)), values.shape))
     best = _refined(values, place, depths, x, y, mirrored)
     for _ in range(MOST_MOVES):
         moved = tuple(int(np.argmin(np.abs(axis - at))) for axis, at in ((depths, best.z), (x, best.x), (y, best.y)))
+        if moved == place:
+            break
+        place = moved
         refined = _refined(values, moved, depths, x, y, mirrored)
         if not refined.value > best.value:
             break
