@@ -15,7 +15,7 @@ help:
 	@echo "make format   format the code"
 	@echo "make check    ruff, mypy, and a run in which every warning is an error"
 	@echo "make docs     build the site of the documents in build/site, with a gallery of cases/"
-	@echo "make stress   solve thousands of random cases, and check what must hold of each (minutes)"
+	@echo "make stress   solve thousands of random cases, and check what must hold of each; run the slow tests (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
 	@echo "make table    build the default table of creep forces again; may be stopped and started again (half an hour of CPU time)"
 	@echo "make bench    measure cost and errors, fill in the tables of docs/ (minutes); CONTACT=PATH measures CONTACT in turn, too"
@@ -43,8 +43,9 @@ docs: $(VENV)/.installed-docs
 	OPENBLAS_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 	@echo "The site: $(CURDIR)/build/site/index.html"
 
-stress: install
+stress: $(VENV)/.installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress --write
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow
 
 figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures

@@ -144,7 +144,7 @@ def test_a_layer_that_yields_carries_so_much() -> None:
     carried = 0.5 * (3.0 * k - k**3) * unlike.traction_limit
     with pytest.raises(Unsolvable, match="the interlayer yields: it carries"):
         solve(replace(case({**inputs, "force_N": 1.04 * carried}, 16), upper=unlike.upper))
-    too_much = solve(replace(case({**inputs, "force_N": 1.02 * carried}, 8), upper=unlike.upper))
+    too_much = solve(replace(case({**inputs, "force_N": 1.01 * carried}, 16), upper=unlike.upper))
     assert not too_much.converged and "the interlayer yields" in too_much.reason
     with pytest.raises(Unsolvable, match="unless friction has memory"):
         solve(replace(sliding, friction=Friction(0.3, LAWS["linear"]), interlayer=Interlayer(1e-14)))
@@ -319,7 +319,7 @@ def test_the_end_of_stick_converges_at_first_order_with_steep_friction() -> None
     assert 0.3 * result.error["gamma_st"] < result.coupled.scalars["gamma_st"] - 0.856 < 1.5 * result.error["gamma_st"]
 
 
-@pytest.mark.parametrize("branch", BRANCHES["branches"], ids=lambda branch: str(branch["force_over_mu0W"]))
+@pytest.mark.parametrize("branch", BRANCHES["branches"][::3], ids=lambda branch: str(branch["force_over_mu0W"]))
 def test_a_force_below_the_maximum_belongs_to_two_creepages(branch: dict) -> None:
     limit = BRANCHES["input"]["friction"] * BRANCHES["input"]["normal_N"]
     result = solve(case({**BRANCHES["input"], "force_N": branch["force_over_mu0W"] * limit}, 128))
