@@ -12,7 +12,7 @@ import pytest
 
 from tests.support.command_line import call as invoke
 from thermoroll_cli import Case, fit, sweep
-from thermoroll_cli.sweeps.fit import Fit, Parameter
+from thermoroll_cli.sweeps.fit import Parameter
 from thermoroll_cli.sweeps.measured import Measured
 
 CASE = {
@@ -25,9 +25,11 @@ CASE = {
     "numerics": {"grid": 16},
 }
 KEYS = ["load.friction_coefficient", "layer.compliance_um_GPa"]
-CREEPAGES = [1e-3, 2e-3, 4e-3, 1.2e-2]
+CREEPAGES = [1e-3, 3e-3, 1.2e-2]
 MORE = [5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.5e-2]
 """Creepages, enough of them to determine the interlayer beside the error of the grid."""
+KNOWN = CASE | {"layer": {"compliance_um_GPa": 2.0}}
+"""With the interlayer of the curves, so that friction alone is free."""
 
 
 def creep_curve(friction: float, compliance: float, creepages: list[float] = CREEPAGES) -> dict[str, list[float]]:
@@ -43,13 +45,8 @@ def write(path: Path, columns: dict[str, list[float]], mark: str = ",") -> Path:
     return path
 
 
-@functools.cache
-def exact() -> Fit:
-    return fit(CASE, creep_curve(0.4, 2.0, MORE), KEYS)
-
-
 def test_exact_data_are_met():
-    found = exact()
+    found = fit(CASE, creep_curve(0.4, 2.0, MORE), KEYS)
     assert found.converged and found.warnings == ()
     assert [found.parameters[key].value for key in KEYS] == pytest.approx([0.4, 2.0], rel=1e-4)
     # What is left of the interval is the error of the grid.
@@ -70,27 +67,29 @@ def in_newton(data: dict[str, list[float]]) -> dict[str, list[float]]:
 
 @functools.cache
 def fitted(noise: float) -> dict[str, Parameter]:
-    return fit(CASE, noisy_curve(noise), KEYS).parameters
+    return fit(KNOWN, noisy_curve(noise), KEYS[:1]).parameters
 
 
 def test_order_of_points_and_units_of_weights_change_nothing():
     turned = {name: column[::-1] for name, column in in_newton(noisy_curve(0.01)).items()}
-    for data in (turned, noisy_curve(0.01) | {"force_x_over_load_error": [7.0] * len(CREEPAGES)}):
-        other = fit(CASE, data, KEYS).parameters
-        for key, first in fitted(0.01).items():
-            assert other[key].value == pytest.approx(first.value, rel=1e-3)
-            assert other[key].uncertainty_95 == pytest.approx(first.uncertainty_95, rel=1e-2, nan_ok=True)
+    other = fit(KNOWN, turned | {"force_x_N_error": [7.0] * len(CREEPAGES)}, KEYS[:1]).parameters[KEYS[0]]
+    assert other.value == pytest.approx(fitted(0.01)[KEYS[0]].value, rel=1e-3)
+    assert other.uncertainty_95 == pytest.approx(fitted(0.01)[KEYS[0]].uncertainty_95, rel=1e-2)
 
 
 def test_interval_grows_with_the_noise_and_a_repeated_point_counts_twice():
     widths = [fitted(noise)[KEYS[0]].uncertainty_95 for noise in (0.01, 0.03)]
     assert widths[1] / widths[0] == pytest.approx(3.0, rel=0.3)
-    doubled = fit(CASE, {name: 2 * column for name, column in noisy_curve(0.03).items()}, KEYS)
-    assert doubled.degrees_of_freedom == 2 * len(CREEPAGES) - 2 and doubled.parameters[KEYS[0]].uncertainty_95 < widths[1]
+    data = noisy_curve(0.03)
+    twice = fit(KNOWN, {name: [*column, column[1]] for name, column in data.items()}, KEYS[:1])
+    weighted = fit(KNOWN, data | {"force_x_over_load_error": [0.01, 0.01 / math.sqrt(2.0), 0.01]}, KEYS[:1])
+    assert twice.degrees_of_freedom == len(CREEPAGES) == weighted.degrees_of_freedom + 1
+    values = [found.parameters[KEYS[0]].value for found in (twice, weighted)]
+    assert values[1] == pytest.approx(values[0], rel=1e-4) and abs(values[0] / fitted(0.03)[KEYS[0]].value - 1.0) > 1e-3
 
 
 def test_full_sliding_does_not_determine_the_interlayer():
-    found = fit(CASE, creep_curve(0.4, 2.0, [0.05, 0.06, 0.07, 0.08]), KEYS)
+    found = fit(CASE, creep_curve(0.4, 2.0, [0.05, 0.06, 0.08]), KEYS)
     assert found.parameters[KEYS[0]].value == pytest.approx(0.4, rel=1e-3)
     assert math.isnan(found.parameters[KEYS[1]].uncertainty_95)
     assert any(KEYS[1] in warning for warning in found.warnings)
@@ -98,14 +97,14 @@ def test_full_sliding_does_not_determine_the_interlayer():
 
 
 def test_a_value_at_its_bound_says_so():
-    found = fit(CASE, creep_curve(0.4, 2.0), [f"{KEYS[0]}=0.45:0.6", KEYS[1]])
+    found = fit(KNOWN, creep_curve(0.4, 2.0), [f"{KEYS[0]}=0.45:0.6"])
     assert found.parameters[KEYS[0]].value == pytest.approx(0.45, rel=2e-3)
     assert math.isnan(found.parameters[KEYS[0]].uncertainty_95)
     assert any("at the end of its range" in warning for warning in found.warnings)
 
 
 def test_several_varied_keys_and_scalars_at_once():
-    points = [(1e-3, 0.0), (1e-3, 5e-4), (3e-3, 1e-3), (6e-3, -2e-3)]
+    points = [(1e-3, 5e-4), (6e-3, -2e-3)]
     case = CASE | {"load": {"normal_N": 9400.0, "friction_coefficient": 0.4}}
     rows = sweep(case, [{"creepage.longitudinal": x, "creepage.lateral": y} for x, y in points])
     data = {"creepage.longitudinal": [x for x, _ in points], "creepage.lateral": [y for _, y in points],
@@ -117,20 +116,19 @@ def test_several_varied_keys_and_scalars_at_once():
 
 def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("rig.toml").write_text(Case.from_dict(CASE).to_toml(), encoding="utf-8")
-    data = creep_curve(0.4, 2.0, MORE)
+    Path("rig.toml").write_text(Case.from_dict(KNOWN).to_toml(), encoding="utf-8")
+    data = noisy_curve(0.01)
     text = write(tmp_path / "curve.csv", data, ";").read_text().replace(".", ",").replace("creepage,", "creepage.")
     (tmp_path / "curve.csv").write_text("\ufeff" + text, encoding="utf-8")  # as a spreadsheet writes it
-    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "--free", KEYS[1], "-o", "out", "--json",
-                  "--jobs", "2")  # fmt: skip
+    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "-o", "out", "--json", "--jobs", "2")
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert set(record) == {"name", "status", "reason", "parameters", "correlation", "rms", "points", "degrees_of_freedom",
                            "warnings", "files"}
-    assert [record[name] for name in ("parameters", "rms")] == [exact().record()[name] for name in ("parameters", "rms")]
-    assert record["parameters"][KEYS[1]]["value"] == pytest.approx(2.0, rel=1e-4)
+    value, uncertainty = fitted(0.01)[KEYS[0]].value, fitted(0.01)[KEYS[0]].uncertainty_95
+    assert record["parameters"] == {KEYS[0]: {"value": value, "uncertainty_95": uncertainty}}
     assert json.loads(Path("out/rig_fit.json").read_text())["parameters"] == record["parameters"]
-    assert Case.read("out/rig_fit.toml").settings.load.friction_coefficient == pytest.approx(0.4, rel=1e-4)
+    assert Case.read("out/rig_fit.toml").settings.load.friction_coefficient == pytest.approx(value, rel=1e-4)
     assert Path("out/rig_fit.png").read_bytes().startswith(b"\x89PNG")
     drawn = invoke("sweep", "out/rig_fit.toml", "--over", "creepage.longitudinal=0.001:0.01:3", "-o", "out", "--scalars-only",
                    "--measured", "newton.csv")  # fmt: skip
@@ -176,7 +174,10 @@ def test_bad_keys_are_named(free, words):
 
 def test_points_without_a_steady_state_are_left_out_only_if_asked_for():
     case = {**CASE, "force": {"longitudinal_N": 100.0}}
-    data = {"force.longitudinal_N": [500.0, 1500.0, 4710.0], "creepage_longitudinal": [1e-4, 5e-4, 2e-2]}
+    forces = [500.0, 1500.0]
+    found = sweep({**case, "layer": {"compliance_um_GPa": 3.0}}, {"force.longitudinal_N": forces})
+    data = {"force.longitudinal_N": [*forces, 4710.0],
+            "creepage_longitudinal": [*(row["creepage_longitudinal"] for row in found), 2e-2]}
     with pytest.raises(ValueError, match=r"data, line 3.*begin with other values of layer.compliance_um_GPa"):
         fit(case, data, [KEYS[1]])
     found = fit(case, data, [KEYS[1]], skip_failed=True)
@@ -201,12 +202,13 @@ def test_temperatures_determine_a_conductivity():
 
 
 def test_a_wheelset_is_fitted_as_a_contact():
-    given = {"numerics.grid": 12, "wheelset.wheels": "right", "wheelset.roll_mrad": 0.0, "load.friction_coefficient": 0.25}
+    given = {"numerics.grid": 12, "wheelset.wheels": "right", "wheelset.roll_mrad": 0.0, "load.friction_coefficient": 0.25,
+             "wheelset.angular_velocity_rad_s": 4.34, "thermal.heat": False}
     case = Case.read("cases/manchester.toml").with_values(given)
     shifts, measured = [1.0], ("track_force_y_right_N", "Q_F_W")
     rows = sweep(case, {"wheelset.lateral_shift_mm": shifts})
     data = {"wheelset.lateral_shift_mm": shifts} | {name: [row[name] for row in rows] for name in measured}
-    found = fit(case.with_values({KEYS[0]: 0.2}), data, [KEYS[0]])
+    found = fit(case.with_values({KEYS[0]: 0.24}), data, [KEYS[0]])
     assert found.parameters[KEYS[0]].value == pytest.approx(0.25, rel=1e-4)
 
 
