@@ -23,8 +23,9 @@ GRIDS, REFERENCE, FINER = (32,), 160, 3
 """Elements per side, and those of the grid that stands for the truth: at least so many, and at least so many times as fine as
 the finest other one. Below the surface its layers double, too."""
 FEW_LAYERS = 16
-HISTORY_GRID, HISTORY_REFERENCE = 16, 48
-"""Elements per side for histories that go on outside the domain, and those for the truth on a domain of the same width."""
+HISTORY_GRID, HISTORY_REFERENCE = 24, 72
+"""Elements per side for histories that go on outside the domain, the fewest with estimates from three grids, and those for the
+truth on a domain of the same width."""
 EXACT = 2e-6
 """A smaller true error is none: such pairs would make the median of estimate over true error look large."""
 ROUNDING = 1e-12
