@@ -33,15 +33,15 @@ Levels = Sequence[Mapping[str, float]]
 
 # Beside each number: covered and short by three times without it, on 241 random cases; with all of them 97.1 % and 0.3 %.
 SAFETY, SAFETY_EXTRAPOLATED, SAFETY_TWO_GRIDS = 1.25, 1.0, 3.0
-"""S: Roache's factors for the grid convergence index with three grids (1: 95.5 %), and with two, which show no order. The estimate
-of what is extrapolated is the correction that was applied (1.25: twelve times the true error at the median of N = 64, and
-more)."""
+"""S: Roache's factors for the grid convergence index with three grids (1: 95.5 %), and with two, which show no order. The
+estimate of what is extrapolated is the correction that was applied (1.25: twelve times the true error at the median of N = 64,
+and more)."""
 ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 """q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
 √s ln s, and exchanged heat is singular at the border of its area, where it alone warms elements: first order (2: 94.7 % and
-0.8 %). So is the end of
-stick where slip sets in at once, over an interlayer or with friction that rises with slip. Stresses rise like √s from the
-border (2: 84 % of stresses covered)."""
+0.8 %). So are the end of stick and the largest flux where slip sets in at once, over an interlayer or with friction that rises
+with slip. Stresses rise like √s from the border (2: 84 % of stresses covered), and so do tractions up to where an interlayer
+yields: slip and heat are largest there (2: 56 % of the largest fluxes)."""
 BORDER = 1.0 / 3.0
 """R of areas with a border that is found, times N^−1.5: about N border elements, each off by a third of itself at random (0:
 91 % of stick areas)."""
@@ -168,8 +168,11 @@ class Resolution:
         exchanged = ((heating.partition == "matched" and kind == "exchanged heat")
                      or (heating.conducts and kind == "diffused mean"))
         abrupt = derived.problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
+        if kind == "peak flux" and self.rim:
+            return ORDER_AT_SURFACE
         uneven = derived.dissimilar or (derived.relaxing is not None and kind == "peak pressure")
-        return ORDER_UNEVEN if uneven or exchanged or kind == "first order" or (abrupt and kind == "stick") else ORDER
+        uneven = uneven or exchanged or kind == "first order" or (abrupt and kind in ("stick", "peak flux"))
+        return ORDER_UNEVEN if uneven else ORDER
 
     def unresolved(self, kind: Kind) -> float:
         """R of a kind of scalars."""
@@ -194,10 +197,10 @@ class Resolution:
                 return SPREAD * self.narrow + found
             case "resultant" if not self.sticking and self.derived.kinematics.slip_varies:
                 # Slip turns around the place without rigid slip: what sticks there changes its direction.
-                return SPREAD * self.unseen
+                return SPREAD * (self.unseen + self.rim)
             case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
                 # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
-                return SPREAD * ((1.0 - self.sticking) * self.narrow + self.unseen**1.5)
+                return SPREAD * ((1.0 - self.sticking) * self.narrow + self.unseen**1.5 + self.rim)
             case "expansion":
                 # Measured from the border of the contact, which is known to an element.
                 return 1.0 / self.elements
@@ -222,6 +225,11 @@ class Resolution:
     def border(self) -> float:
         """Error of an area whose border is found element by element."""
         return BORDER * self.elements**-1.5
+
+    @property
+    def rim(self) -> float:
+        """Error of the area in which an interlayer yields, which has a border as the contact has; 0 without."""
+        return self.border if self.derived.problem.interlayer.yield_stress is not None else 0.0
 
     @property
     def slipping(self) -> float:
