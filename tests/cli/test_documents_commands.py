@@ -26,7 +26,7 @@ SMALLER = (
     (r"(-o (?:heavier|fig12|strength|loads|map|again|conicity|worn)\b|--resume)", r"\1 --no-plots"),
     (r"(sweep my_case\.toml|(?:run|wear) disc\.toml|run my_contact\.toml -o results)", r"\1 --no-plots"),
     (r"(plot \S+ --format svg)", r"\1 --fields pressure"),
-    (r"(table(?: build)? -o \S+)", r"\1 --aspect 1,1.1 --accuracy 1e-2 --nodes 5,4,3 --checks 1"),
+    (r"(table(?: build)? -o \S+)", r"\1 --aspect 1,1.1 --accuracy 1e-2 --nodes 5,5,5 --checks 1"),
     (r"for v in 50 100 200", "for v in 50"),
     (r"numerics.grid=\d+|numerics.accuracy=1e-3", f"numerics.grid={GRID}"),
     (r"((?:wear|run) (?:disc|cases/twin_disc_wear)\.toml)", rf"\1 --set numerics.grid={GRID} --set wear.depth_um=1"),
