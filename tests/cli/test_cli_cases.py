@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from tests.support.command_line import MECHANICAL, THERMAL, call, environment, thermoroll
+from tests.support.command_line import MECHANICAL, THERMAL, call, environment
 from thermoroll_cli.cli.cases import EXAMPLES, TEMPLATES
 from thermoroll_cli.files.case import Case, Override
 from thermoroll_cli.problem.geometry import Geometry
@@ -40,7 +40,7 @@ def invalid(tmp_path: Path) -> Path:
 
 
 def test_validate_says_valid_on_standard_output(case: Path) -> None:
-    done = thermoroll("validate", case)
+    done = call("validate", case)
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{case}: valid\n", "")
     assert call("validate", "-q", case).stdout == ""
 
@@ -144,7 +144,7 @@ def test_the_sweep_that_the_locomotive_is_made_for_has_no_warnings() -> None:
 
 
 def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:
-    assert thermoroll("init", "-q", cwd=tmp_path).stderr == ""
+    assert call("init", "-q", cwd=tmp_path).stderr == ""
     written = (tmp_path / "case.toml").read_text()
     # A case that exists: nothing rolls at the 200 m/s of the article's template.
     assert tomllib.loads(written)["title"] == "Wheel on rail" and tomllib.loads(written)["thermal"]["peclet"] == "rolling"
@@ -172,7 +172,7 @@ def test_init_to_standard_output_pipes_into_validate(tmp_path: Path) -> None:
 
 
 def test_schema_knows_every_key_unit_and_exclusion() -> None:
-    done = thermoroll("schema")
+    done = call("schema")
     assert (done.returncode, done.stderr) == (0, "")
     schema = json.loads(done.stdout)
     tables = schema["$defs"]
@@ -187,7 +187,7 @@ def test_schema_knows_every_key_unit_and_exclusion() -> None:
 
 
 def test_show_has_inputs_numbers_and_plan(case: Path) -> None:
-    done = thermoroll("show", case)
+    done = call("show", case)
     assert (done.returncode, done.stderr) == (0, "")
     for wanted in ("2.1e+11", "hertz_a_mm", "peclet_lower", "saturation_creepage", "skipped: ", "grid 16×16", "MiB"):
         assert wanted in done.stdout

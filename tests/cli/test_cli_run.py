@@ -30,7 +30,7 @@ def strict(line: str) -> dict[str, Any]:
 
 
 def test_run_writes_files_and_a_table(case: Path, tmp_path: Path) -> None:
-    done = thermoroll("run", case, "--set", "numerics.grid=32", cwd=tmp_path)  # two grids, so there are estimates
+    done = call("run", case, "--set", "numerics.grid=32", cwd=tmp_path)  # two grids, so there are estimates
     assert done.returncode == 0
     assert "converged" in done.stdout and "Q_F_W" in done.stdout and "±" in done.stdout
     assert "grid 32×32" in done.stderr
@@ -106,7 +106,7 @@ def test_picture_options(case: Path, tmp_path: Path) -> None:
 
 def test_invalid_case_stops_everything_before_it_starts(case: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text(MECHANICAL.replace("normal_N = 65.0", "normal_kN = 65.0"))
-    done = thermoroll("run", case, "bad.toml", "missing.toml", "--json", cwd=tmp_path)
+    done = call("run", case, "bad.toml", "missing.toml", "--json", cwd=tmp_path)
     records = [json.loads(line) for line in done.stdout.splitlines()]
     assert done.returncode == 3 and [record["case"] for record in records] == ["bad.toml", "missing.toml"]
     assert all(record["errors"] and not record["valid"] for record in records)
@@ -152,7 +152,7 @@ def test_two_cases_of_one_name(case: Path, tmp_path: Path) -> None:
 
 def test_not_converged_is_written_and_told(case: Path, tmp_path: Path) -> None:
     (tmp_path / "hot.toml").write_text(HOPELESS)
-    done = thermoroll("run", "hot.toml", case, "--json", "--no-plots", cwd=tmp_path)
+    done = call("run", "hot.toml", case, "--json", "--no-plots", cwd=tmp_path)
     assert done.returncode == 4
     hot, fine = (strict(line) for line in done.stdout.splitlines())
     assert (hot["status"], fine["status"]) == ("not_converged", "converged")
