@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 import pathlib
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -18,7 +19,6 @@ from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.problem import Problem
 
 ROOT = pathlib.Path(__file__).parents[1]
-CASES = sorted((ROOT / "cases").glob("*.toml"))
 SENTENCES = 3
 USUAL = "traction"
 KINDS = {
@@ -33,11 +33,11 @@ KINDS = {
 
 def on_files(files: Files, config: Any) -> Files:
     """Add the pages and pictures to those of docs/."""
-    grid = config["extra"]["gallery_grid"]
+    grid, cases = config["extra"]["gallery_grid"], sorted((ROOT / "cases").glob(config["extra"]["gallery_cases"]))
     files.append(File.generated(config, "index.md", content=first_page()))
     files.append(File.generated(config, "reference.md", content=reference()))
-    files.append(File.generated(config, "gallery.md", content=gallery(grid)))
-    for path in CASES:
+    files.append(File.generated(config, "gallery.md", content=gallery(cases, grid)))
+    for path in cases:
         files.append(File.generated(config, f"gallery/{path.stem}.png", content=picture(path, grid)))
     return files
 
@@ -57,10 +57,10 @@ def reference() -> str:
     return opening + sections
 
 
-def gallery(grid: int) -> str:
+def gallery(cases: Iterable[pathlib.Path], grid: int) -> str:
     """Picture, title, the first sentences of the comment and the commands of each case."""
     sections = []
-    for path in CASES:
+    for path in cases:
         case = Case.read(path)
         words, commands = summary(case.text)
         shown = "\n".join(commands or [f"thermoroll run cases/{path.name} -o results"])

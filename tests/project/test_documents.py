@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import itertools
 import os
@@ -56,11 +57,12 @@ def test_lists_begin_after_an_empty_line() -> None:
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the site, built without a warning, with pictures of coarse contacts."""
+    """The folder of the site, built without a warning, with pictures of a few coarse contacts and of a wheelset."""
     pytest.importorskip("mkdocs")
     pytest.importorskip("latex2mathml")
     folder = tmp_path_factory.mktemp("documents") / "site"
-    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1", "OPENBLAS_NUM_THREADS": "1", "GALLERY_GRID": "16"}
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1", "OPENBLAS_NUM_THREADS": "1", "GALLERY_GRID": "8",
+                   "GALLERY_CASES": "wheel*.toml"}
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and "WARNING" not in done.stderr, done.stderr
@@ -69,14 +71,24 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_site_has_all_cases_and_names(site: Path) -> None:
     gallery = (site / "gallery.html").read_text(encoding="utf-8")
-    for case in (ROOT / "cases").glob("*.toml"):
-        assert f"cases/{case.name}" in gallery
-        assert (site / "gallery" / f"{case.stem}.png").stat().st_size > 5_000
+    for name in ("wheel_rail", "wheel_rail_sliding", "wheelset_wear"):
+        assert f"cases/{name}.toml" in gallery
+        assert (site / "gallery" / f"{name}.png").stat().st_size > 5_000
     reference = (site / "reference.html").read_text(encoding="utf-8")
     assert "frictional heat" in (site / "index.html").read_text(encoding="utf-8")
     for name in ("Case", "Result", "Solver", "solve", "sweep", "read_result", "CreepForceTable"):
         assert re.search(rf'<h2 id="thermoroll_cli[\w.]*\.{name}"', reference), name
         assert f'doc-object-name doc-class-name">{name}<' in reference or f'doc-function-name">{name}<' in reference, name
+
+
+def test_the_gallery_has_every_case() -> None:
+    pytest.importorskip("mkdocs")
+    pages = importlib.import_module("scripts.site_pages")
+    cases = sorted((ROOT / "cases").glob("*.toml"))
+    sections = pages.gallery(cases, 16).split("\n## ")[1:]
+    assert len(sections) == len(cases) and pages.KINDS.keys() <= {case.stem for case in cases}
+    for case, section in zip(cases, sections, strict=True):
+        assert "\nthermoroll " in section and section.endswith(f"(gallery/{case.stem}.png)\n")
 
 
 def test_the_site_needs_no_server(site: Path, tmp_path: Path) -> None:
