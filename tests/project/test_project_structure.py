@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -58,28 +59,37 @@ of FFTs."""
 LIGHT = {"numpy", "scipy", "h5py", "pyfftw", "matplotlib", "pydantic", "pydantic_core", "rich", "tomli_w", "distributed"}
 
 
-def imports(tree: ast.Module, *, top_level: bool = False) -> Iterator[str]:
-    """Names of all imported modules; only those imported when the module itself is, if `top_level`."""
-    for node in _executed(tree.body) if top_level else ast.walk(tree):
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+@cache
+def imports(path: Path, *, top_level: bool = False) -> tuple[str, ...]:
+    """Names of all modules that a file imports; only those imported when the file itself is, if `top_level`."""
+    found: list[str] = []
+    for node in _statements(parsed(path).body, executed=top_level):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, "imports within the package are absolute"
             # `from thermoroll_cli import files` imports thermoroll_cli.files
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            found += (f"{node.module}.{alias.name}" for alias in node.names)
+    return tuple(found)
 
 
-def _executed(body: list[ast.stmt]) -> Iterator[ast.AST]:
+def _statements(body: list[ast.stmt], *, executed: bool) -> Iterator[ast.AST]:
+    """All statements, or those that are `executed` when the file is imported."""
     for node in body:
         typing_only = isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
-        if typing_only or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+        if executed and (typing_only or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)):
             continue
         yield node
-        for part in ("body", "orelse", "finalbody", "handlers"):
-            yield from _executed(getattr(node, part, []))
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            yield from _statements(getattr(node, part, []), executed=executed)
 
 
-MODULES = {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
+MODULES = sorted(PACKAGE.rglob("*.py"))
 
 
 def package_of(path: Path) -> str:
@@ -93,10 +103,10 @@ def name(path: Path) -> str:
 
 
 def test_imports_point_in_one_direction() -> None:
-    for path, tree in MODULES.items():
+    for path in MODULES:
         own = package_of(path)
         assert own in RANK, f"{own} is no package: give it a place in PACKAGES"
-        for imported in imports(tree):
+        for imported in imports(path):
             parts = imported.split(".")
             if parts[0] == "thermoroll_cli" and parts[1] in RANK and parts[1] != own:
                 assert RANK[parts[1]] < RANK[own], f"{name(path)} must not import {imported}"
@@ -110,15 +120,15 @@ OPTIONAL = {"pandas", "xarray", "distributed", "pyfftw"}
 
 def test_imports_stand_at_the_top() -> None:
     """Only commands, the package itself and optional packages are imported when they are needed."""
-    for path, tree in MODULES.items():
-        late = set(imports(tree)) - set(imports(tree, top_level=True))
+    for path in MODULES:
+        late = set(imports(path)) - set(imports(path, top_level=True))
         unexpected = {module for module in late if module.split(".")[0] not in OPTIONAL}
         assert package_of(path) in INSIDE_FUNCTIONS or not unexpected, f"{name(path)}: {unexpected}"
 
 
 def test_the_command_line_starts_light() -> None:
-    for path, tree in MODULES.items():
-        heavy = {imported for imported in imports(tree, top_level=True) if imported.split(".")[0] in LIGHT}
+    for path in MODULES:
+        heavy = {imported for imported in imports(path, top_level=True) if imported.split(".")[0] in LIGHT}
         listing = name(path) in ("__init__.py", "__main__.py", "cli/main.py", "cli/commands.py", "cli/streams.py")
         assert not listing or not heavy, f"{name(path)}: import {heavy} with the command"
 
@@ -128,7 +138,7 @@ def test_the_command_line_starts_light() -> None:
 def test_what_is_shared_has_a_place_of_its_own(folder: str, forbidden: str) -> None:
     """Tests and scripts share through tests/support; the package uses neither."""
     for path in sorted((ROOT / folder).rglob("*.py")):
-        for imported in imports(ast.parse(path.read_text())):
+        for imported in imports(path):
             parts = imported.split(".")
             assert parts[0] != forbidden or (parts[1] == "support" and folder != "thermoroll_cli"), f"{path}: {imported}"
 
@@ -187,13 +197,14 @@ DOTTED = re.compile(rf"(?<![\w./\[])(?:{'|'.join((*Settings.model_fields, *BODIE
 
 def messages() -> Iterator[str]:
     """Texts of the package that are no docstrings; values put into them are `…`."""
-    for path in sorted(PACKAGE.rglob("*.py")):
+    for path in MODULES:
         if path.parent.name == "result":
             continue  # names in files of results
-        tree = ast.parse(path.read_text())
-        own = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-        inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in node.values}
-        for node in ast.walk(tree):
+        tree = parsed(path)
+        nodes = list(ast.walk(tree))
+        own = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+        inner = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
+        for node in nodes:
             if isinstance(node, ast.JoinedStr):
                 yield "".join(str(part.value) if isinstance(part, ast.Constant) else "…" for part in node.values)
             elif isinstance(node, ast.Constant) and isinstance(node.value, str) and not {id(node)} & (own | inner):
