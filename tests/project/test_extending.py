@@ -36,22 +36,21 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def thermoroll(place: Path, *arguments: str) -> dict:
-    command = [sys.executable, "-m", "thermoroll_cli", *arguments, "--json"]
-    done = subprocess.run(command, cwd=place, env={**os.environ, "PYTHONPATH": str(place)}, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
 def test_the_example_goes_the_whole_way(place: Path) -> None:
     """From the case file to the scalar, the field's picture and the plan: the rate is k times the frictional heat."""
-    case = str(ROOT / "cases" / "article_4_1.toml")
-    solved = thermoroll(place, "run", case, "--set", "load.debris_coefficient_m3_J=1e-13", "--set", "numerics.grid=16")
+    case = (str(ROOT / "cases" / "article_4_1.toml"), "--set", "load.debris_coefficient_m3_J=1e-13", "--json")
+    commands = [["run", *case, "--set", "numerics.grid=16", "--no-plots"],
+                ["plot", "results/article_4_1.h5", "--fields", "debris_rate", "-q"], ["show", *case]]  # fmt: skip
+    program = f"from thermoroll_cli.cli.main import main\nfor words in {commands!r}:\n    assert main(words) == 0"
+    environment = {**os.environ, "PYTHONPATH": str(place)}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    solved, shown = map(json.loads, done.stdout.splitlines())
     # Declared as an integral, it is extrapolated from three grids as the heat is, and has its error.
     assert solved["debris_rate_mm3_s"] == pytest.approx(1e-4 * solved["Q_F_W"], rel=1e-9)
     assert solved["error"]["debris_rate_mm3_s"] == pytest.approx(solved["error"]["Q_F_W"])
     assert solved["debris_rate_mm3_s"] != solved["isothermal"]["debris_rate_mm3_s"]
     assert (place / "results" / "article_4_1_debris_rate.png").stat().st_size > 10_000
-    shown = thermoroll(place, "show", case, "--set", "load.debris_coefficient_m3_J=1e-13")
     assert "debris" in shown["run"]
     assert shown["inputs"]["load.debris_coefficient_m3_J"]["si"] == 1e-13
