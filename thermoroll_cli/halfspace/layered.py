@@ -14,13 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from itertools import accumulate
 
 import numpy as np
 import scipy
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.quadrature import gauss_points
 from thermoroll_cli.problem.problem import Layer, Material
 
 MIRROR = np.diag([1.0, -1.0])
@@ -194,8 +195,6 @@ WEIGHTS: dict[str, Callable[[Array, Array], Array]] = {
 }
 """Angular factors of the response to a point load, from cos θ and sin θ."""
 
-_gauss_points = cache(np.polynomial.legendre.leggauss)  # an eigenvalue problem each, of a few numbers of points again and again
-
 
 def element_integrals(
     radial: RadialFunctions, parts: Sequence[tuple[str, str]], shape: tuple[int, int], dx: float, dy: float
@@ -212,7 +211,7 @@ def element_integrals(
     for start, points in GAUSS:
         here = (far > start) & (far <= last)
         last = start
-        nodes, weights = _gauss_points(points)
+        nodes, weights = gauss_points(points)
         x = (i[here][:, None, None] + 0.5 * nodes[:, None]) * dx
         y = (j[here][:, None, None] + 0.5 * nodes) * dy
         r = np.hypot(x, y)
@@ -233,7 +232,7 @@ def _corner_integrals(
     radial: RadialFunctions, parts: Sequence[tuple[int, str]], count_x: int, count_y: int, dx: float, dy: float
 ) -> Array:
     """∬ from the origin to ((i − ½) dx, (j − ½) dy), i ≤ count_x, j ≤ count_y: (parts, count_x + 1, count_y + 1)."""
-    nodes, weights = _gauss_points(ANGLES)
+    nodes, weights = gauss_points(ANGLES)
     x, y = (np.abs(np.arange(n + 1) - 0.5) * d for n, d in ((count_x, dx), (count_y, dy)))
     ratio = y[None, :] / x[:, None]
     corners = np.zeros((len(parts), *ratio.shape))

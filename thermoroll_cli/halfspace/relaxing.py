@@ -25,6 +25,7 @@ from thermoroll_cli.arrays import AnyArray, Array, Spectrum
 from thermoroll_cli.halfspace.coatings import UNCOUPLED, Coatings, NearBorder
 from thermoroll_cli.halfspace.elastic import coupling_tables, rectangle_integrals
 from thermoroll_cli.halfspace.relaxing_layers import Part, RelaxingLayers
+from thermoroll_cli.numerics.quadrature import gauss_points
 from thermoroll_cli.problem.problem import Layer, Material
 from thermoroll_cli.problem.relaxation import modulus_at
 
@@ -32,7 +33,7 @@ STENCIL = (-1, 0, 1, 2)
 """Rows, from the one upstream of the interval, through which the displacement is interpolated."""
 _LAGRANGE = np.linalg.inv(np.vander(np.array(STENCIL, dtype=np.float64), increasing=True))
 """Coefficients of tʲ (rows) of the cubics that are 1 at one place of the stencil (columns)."""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_NODES, _WEIGHTS = gauss_points(8)
 BORDER, TOLERABLE_LOSS = 4.0, 0.5
 """Elements along x over which a border is fitted, and the loss tangent in the time they take at which half of the fit counts.
 Without: at ten times the compliance and l = a it adds 7 % to the largest pressure on 64 elements (with it 0.3 %)."""
@@ -67,7 +68,7 @@ def weights(ratio: float) -> tuple[float, Array]:
     """q and the four wₖ for `ratio` = h/l."""
     # Moments a ∫₀¹ e^{−a(1 − t)} tʲ dt: by quadrature for small a, where their recursion loses digits.
     if ratio < FADED:
-        nodes, gauss = np.polynomial.legendre.leggauss(48)
+        nodes, gauss = gauss_points(48)
         t = 0.5 * (1.0 + nodes)
         moments = np.array([float(np.sum(0.5 * gauss * ratio * np.exp(-ratio * (1.0 - t)) * t**j)) for j in range(4)])
     else:
@@ -120,7 +121,7 @@ def _upstream(kernel: Kernel, distance: float, columns: int, dx: float, dy: floa
     weight = (half * _WEIGHTS * np.exp(-s / length)).ravel() / length
     x, y = -distance - s.ravel(), dy * np.arange(columns)
     points = (1, 1) if depth else (2, min(2 + math.ceil(3.0 * dy / distance), 64))
-    (u, along), (v, across) = (np.polynomial.legendre.leggauss(n) for n in points)
+    (u, along), (v, across) = (gauss_points(n) for n in points)
     total = np.zeros(columns)
     for shift_x, part_x in zip(0.5 * dx * u, along, strict=True):
         for shift_y, part_y in zip(0.5 * dy * v, across, strict=True):
