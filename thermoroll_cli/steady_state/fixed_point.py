@@ -41,7 +41,7 @@ needs them: the article's case converges up to twice the speed that it reaches w
 MOST_ITERATIONS = 60
 """The last state below the thermo-elastic limit needed 44; beyond it no number of iterations is enough."""
 UNCHANGED = 1e-13
-"""Residual of an iteration that begins and ends with the same fields."""
+"""Residual of an iteration that begins and ends with the same fields. Two of them repeat each other."""
 NORMAL_SHARE = 1e-3
 """Residual of the gap over that of the fixed point: small, because it is cheap, and a residual gap at the border adds or drops
 elements there."""
@@ -200,8 +200,8 @@ def _iterated(
             least = residual if solved else math.inf
         if not changes or least <= limit or rim or reserve_across(discretisation, normal.pressure) < 0.0:
             break
-        if history[-1] < UNCHANGED:  # what the inner problems did not solve they do not solve again
-            break
+        if len(history) > 1 and max(history[-2:]) < UNCHANGED:
+            break  # the second was solved to full accuracy: what it did not solve another one does not solve either
         enough = _indifferent(discretisation, best, limit)
         if _stagnates(history, convergence, close=least <= enough):
             limit = enough
