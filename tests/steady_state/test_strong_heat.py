@@ -2,18 +2,22 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from scripts.stress.random_cases import stress_case
 from tests.support.scenes import STEEL, article_4_1, reference, rolling, solved
+from thermoroll_cli import Case
 from thermoroll_cli.exact.heated_sphere import heated_sphere
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating
-from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 
+CASE = Case.read(Path(__file__).parents[2] / "cases" / "article_4_1.toml")
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
 
 
@@ -62,6 +66,22 @@ def on(result, state):
     middle = [0.5 * (c[0] + c[-1]) / half for c, half in zip(
         (state.x[inside.any(axis=1)], state.y[inside.any(axis=0)]), semi_axes, strict=True)]
     return inside, area, middle
+
+
+@pytest.mark.parametrize("speeds", [(200.0, 250.0, 280.0), (450.0, 500.0)])
+def test_neighbours_do_not_decide_where_the_domain_goes(speeds):
+    """At 250 m/s the contact leaves the usual domain for a while, and comes back; above 320 m/s it has one of its own."""
+    solver = Solver()
+    for speed in speeds:
+        problem = CASE.with_values({"rolling.speed_m_s": speed, "numerics.grid": 24}).problem
+        result, alone = solver.solve(problem), solve(problem)
+        assert result.converged and alone.converged
+        assert alone.own_grids == (speed > 320.0)
+        assert result.work["domain_coupled_mm"] == alone.work["domain_coupled_mm"]
+        summary = alone.summary()
+        for name in ("Q_F_W", "force_x_N", "gamma_p", "gamma_c", "temperature_rise_max_lower_K", "thermal_displacement_max_um"):
+            off = abs(result.coupled.scalars[name] - alone.coupled.scalars[name])
+            assert off < 2e-5 * error_scale(name, summary), (speed, name)
 
 
 def test_the_domain_follows_a_contact_that_shrinks():

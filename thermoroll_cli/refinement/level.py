@@ -83,6 +83,17 @@ def better_domain(here: Discretisation, state: SteadyState, *, smaller: bool) ->
     return _on_domain(here, domain)
 
 
+def returns(usual: Discretisation, here: Discretisation, state: SteadyState) -> bool:
+    """Whether the contact of `state`, which has left the `usual` domain on its way, has come back there for good."""
+    grid, inside, domain = here.grid, state.contact.normal.contact, _around(here, state)
+    if here is usual or not state.converged or domain is None:
+        return False
+    fits = all(low < places[there].min() and places[there].max() < high for places, there, (low, *_, high) in (
+        (grid.x, inside.any(axis=1), usual.grid.x), (grid.y, inside.any(axis=0), usual.grid.y)))
+    area = usual.grid.element_area * usual.grid.nx * usual.grid.ny
+    return fits and domain.side_x * domain.side_y > WORTH * area
+
+
 def _on_domain(like: Discretisation, domain: Domain) -> Discretisation:
     """A discretisation of the same problem with as many elements over another `domain`."""
     scales = like.derived.scales

@@ -11,7 +11,7 @@ import numpy as np
 from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.numerics.grid import Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
-from thermoroll_cli.refinement.level import Level, begun_on, better_domain
+from thermoroll_cli.refinement.level import Level, begun_on, better_domain, returns
 from thermoroll_cli.refinement.neighbours import on_grid, predicted
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.scalars import reported_state
@@ -58,6 +58,10 @@ def refine(
         shrunk = not state.touches_rim
         guess = first_guess(moved, carried(moved, here, state.contact), hot=True)
         here, state = moved, fixed_point(moved, guess, tolerances, balanced=state.balanced and state.converged)
+    if returns(usual, here, state):
+        guess = first_guess(usual, carried(usual, here, state.contact), hot=True)
+        back = fixed_point(usual, guess, tolerances, balanced=state.balanced)
+        here, state = (usual, back) if back.converged else (here, state)
     return Level(here, state, reported_state(here, state.contact, heated=plan.runs("heat")),
                  counted.transforms - transforms, time.perf_counter() - begun)
 

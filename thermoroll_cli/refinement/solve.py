@@ -42,7 +42,8 @@ class Solver:
         self.threads = threads
         self.options = options or SolverOptions()
         self.last: tuple[list[Level], list[Level]] = ([], [])
-        """Levels of the last problem that was solved, without and with thermal deformation."""
+        """Levels of the last problem that was solved, without and with thermal deformation; the latter not on a domain that has
+        followed its contact."""
         self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
@@ -73,6 +74,11 @@ class Solver:
         plan = make_plan(problem, alone=not self.options.sequence)
         while True:
             cold, hot = self._levels(plan, report)
+            follows = any(level.here.followed is not None for level in hot)
+            if follows and self.last[1]:
+                # Its place is that of single elements on coarse grids: it must not depend on neighbours.
+                self.last = self.last[0], []
+                continue
             if plan.widest or not (cold[-1].touches_rim or hot[-1].touches_rim):
                 break
             plan = plan.wider()
@@ -81,7 +87,7 @@ class Solver:
         result = result_of(plan, cold, hot, extrapolated=self.options.extrapolated and all_converged)
         result = with_subsurface(result, plan, hot)
         if result.converged:
-            self.last = cold, hot
+            self.last = cold, [] if follows else hot
         return result
 
     def _levels(self, plan: Plan, report: Report) -> tuple[list[Level], list[Level]]:
