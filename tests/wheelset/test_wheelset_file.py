@@ -19,8 +19,8 @@ from thermoroll_cli.problem.names import TOGETHER
 from thermoroll_cli.problem.result import Result
 
 WORN = Case.read(ROOT / "cases" / "manchester.toml").with_values({
-    "numerics.grid": 16, "wheelset.lateral_shift_mm": 5.0, "wheelset.yaw_mrad": 12.0, "wheelset.roll_mrad": -0.355,
-    "wheelset.angular_velocity_rad_s": 4.3345, "wheelset.patches": "planar",
+    "numerics.grid": 12, "thermal.deformation": False, "wheelset.lateral_shift_mm": 5.0, "wheelset.yaw_mrad": 12.0,
+    "wheelset.roll_mrad": -0.355, "wheelset.angular_velocity_rad_s": 4.3345, "wheelset.patches": "planar",
     "wear.upper.specific_wear_rate_mm3_Nm": 1e-5})  # fmt: skip
 CASE = WORN.with_values({"subsurface.bodies": ["lower"], "subsurface.thermal": False, "subsurface.layers": 6,
                          "subsurface.fields": "full", "strength.lower.shear_yield_MPa": 400.0})
@@ -170,7 +170,8 @@ def test_python_takes_it_as_any_result(stored: Result, tmp_path: Path) -> None:
     assert data.pressure.attrs["units"] == "Pa" and "pressure" not in stored.to_xarray()
     assert stored.to_xarray().attrs["track_force_z_N"] == stored["track_force_z_N"]
     solver = Solver()
-    here, there = (solver.solve(CASE.with_values({"wheelset.lateral_shift_mm": shift})) for shift in (3.0, 3.1))
+    here, there = (solver.solve(WORN.with_values({"wheelset.lateral_shift_mm": shift, "thermal.heat": False}))
+                   for shift in (3.0, 3.1))
     assert here.converged and there.converged and there.case_json != here.case_json
 
 
