@@ -61,7 +61,7 @@ def read_bytes(source: str | os.PathLike[str] | BinaryIO, limit: int, kind: str)
     return content
 
 
-def write_bytes(path: str | os.PathLike[str], content: bytes | memoryview) -> None:
+def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     """Write `content` to `path` so that at any moment `path` holds its old content or all of the new one.
 
     A symbolic link is written through; a device or pipe (`/dev/stdout`) is written to directly, since it must not be replaced.

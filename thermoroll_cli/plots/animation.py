@@ -45,7 +45,7 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
     content = io.BytesIO()
     frames[0].save(content, "GIF", save_all=True, append_images=frames[1:], loop=0, optimize=True,
                    duration=[SHOWN] * (len(frames) - 1) + [LAST])  # fmt: skip
-    write_bytes(path, content.getbuffer())
+    write_bytes(path, content.getvalue())
     return path
 
 

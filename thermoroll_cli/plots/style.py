@@ -161,5 +161,5 @@ def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathli
             image.save(content, "PNG", dpi=(figure.dpi, figure.dpi), compress_level=PACKING)
         else:
             figure.savefig(content, format=image_format, dpi=dpi or DPI, metadata=WITHOUT_DATES[image_format])
-    write_bytes(path, content.getbuffer())
+    write_bytes(path, content.getvalue())
     return path
