@@ -17,9 +17,9 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement import solve as refinement
 from thermoroll_cli.refinement.expected_heat import expected_temperature_warning
 from thermoroll_cli.refinement.plan import Plan, make_plan
-from thermoroll_cli.refinement.warnings import warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
+from thermoroll_cli.steady_state.doubts import warnings_before
 from thermoroll_cli.wheelset.conicity import Conicity, conicity_of
 from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem

@@ -15,7 +15,7 @@ import pytest
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT
 from thermoroll_cli import Case, CaseError, read_result, solve, wear
-from thermoroll_cli.refinement.scalars import worn_per_passage
+from thermoroll_cli.steady_state.scalars import worn_per_passage
 from thermoroll_cli.wheelset.curves import curve
 from thermoroll_cli.worn.follow import Evolution
 from thermoroll_cli.worn.outlines import Outline, flange

@@ -22,9 +22,9 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, Wear, WornBody
 from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.scalars import worn_per_passage
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.scalars import worn_per_passage
 from thermoroll_cli.worn import evolution as module
 from thermoroll_cli.worn.evolution import ContactState, evolution, half_width, line_load
 from thermoroll_cli.worn.rows import FixedRows

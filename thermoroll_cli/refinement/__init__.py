@@ -1,8 +1,7 @@
-"""From coarse grids to fine ones, and from fields to a result.
+"""From coarse grids to fine ones, and from states to a result.
 
-`plan` decides which stages run on which grids, `warnings` judges a problem before it is solved and its result afterwards.
-`solve` goes through the grids: `starts` are first guesses, which also move the domain along with a heated contact; `limit`
-follows the creep curve to its maximum if friction falls with slip. `scalars` makes reported states of fields, `checks`
-examines them, `error_estimates` estimates their errors, `outcome` assembles the result. `subsurface_plan` and
+`plan` decides which stages run on which grids. `solve` goes through the grids (`refine`), first without thermal deformation;
+`limit` follows the creep curve to its maximum if friction falls with slip. `checks` examines the states, `error_estimates`
+estimates their errors, `warnings` says what is doubtful, `outcome` assembles the result. `subsurface_plan` and
 `subsurface_stage` do the same below the surface.
 """

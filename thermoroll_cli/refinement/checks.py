@@ -8,11 +8,11 @@ import numpy as np
 
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.refinement.level import Level
-from thermoroll_cli.refinement.scalars import power_balance_error
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.heated_bodies import LEAST_SPEED, heated_bodies
 from thermoroll_cli.steady_state.iteration import friction_of, reserve_across, transmissible_force
+from thermoroll_cli.steady_state.scalars import power_balance_error
 
 BALANCE_ERROR = 1e-5
 """Largest relative error of the load, of prescribed forces (over μW), and of the heat beside the work of the creep forces: as

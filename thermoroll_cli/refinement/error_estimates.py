@@ -25,8 +25,8 @@ from thermoroll_cli.problem.names import SCALARS, Kind, Scalar, holds, of_kind
 from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
 from thermoroll_cli.refinement.plan import Plan
-from thermoroll_cli.refinement.scalars import problem_scalars
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.scalars import problem_scalars
 from thermoroll_cli.stress.body_stresses import Collector
 
 Levels = Sequence[Mapping[str, float]]

@@ -21,7 +21,6 @@ from thermoroll_cli.refinement.error_estimates import (
 )
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.plan import Plan, first_of_both
-from thermoroll_cli.refinement.scalars import patches_of, problem_scalars
 from thermoroll_cli.refinement.sharp_places import sharp_places
 from thermoroll_cli.refinement.warnings import (
     edge_warning,
@@ -30,6 +29,7 @@ from thermoroll_cli.refinement.warnings import (
     unresolved_coatings,
     warnings_after,
 )
+from thermoroll_cli.steady_state.scalars import patches_of, problem_scalars
 
 
 def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: bool = True) -> Result:

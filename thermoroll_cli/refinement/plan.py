@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.refinement.expected_heat import deformation_effect, even_share
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
-from thermoroll_cli.refinement.warnings import relaxation_facts, track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.doubts import relaxation_facts, track_facts, warnings_before
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
 from thermoroll_cli.steady_state.solvable import check
 from thermoroll_cli.steady_state.traction import check_yield

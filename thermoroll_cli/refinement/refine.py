@@ -14,10 +14,10 @@ from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.refinement.level import Level, begun_on, better_domain, returns
 from thermoroll_cli.refinement.neighbours import on_grid, predicted
 from thermoroll_cli.refinement.plan import Plan
-from thermoroll_cli.refinement.scalars import reported_state
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 from thermoroll_cli.steady_state.fixed_point import HEAT, MIXING_DEPTH, Fields, Learnt, fixed_point, unknowns_of
 from thermoroll_cli.steady_state.iteration import friction_before_heat
+from thermoroll_cli.steady_state.scalars import reported_state
 
 COARSE_TOLERANCE = 3.0
 """Factor by which coarser grids are solved less closely; neither finest grid nor estimates notice. Without: 2 to 4 % more work,

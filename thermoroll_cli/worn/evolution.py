@@ -20,9 +20,9 @@ from thermoroll_cli.problem.geometry import Geometry, facing, smallest_gap, surf
 from thermoroll_cli.problem.problem import BODIES, BodyName, Numerics, Problem, Wear, WornBody, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import SMALLEST_EXTENT
-from thermoroll_cli.refinement.scalars import wear_steepness, worn_per_passage
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.steady_state.derived import DerivedQuantities, pressed_to
+from thermoroll_cli.steady_state.scalars import wear_steepness, worn_per_passage
 from thermoroll_cli.worn.rows import FixedRows, worn_profile
 from thermoroll_cli.worn.steps import Columns, WearState, reached, steps_of
 

@@ -19,7 +19,7 @@ from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BodyName, Wear, WornBody, planar
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.scalars import worn_per_passage
+from thermoroll_cli.steady_state.scalars import worn_per_passage
 from thermoroll_cli.tasks.journal import Journal, Record
 from thermoroll_cli.tasks.runner import Item, Workers, run
 from thermoroll_cli.wheelset.conicity import NOMINAL, conicity_of

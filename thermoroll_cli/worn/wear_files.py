@@ -18,7 +18,7 @@ from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.problem.geometry import surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Wear, planar
-from thermoroll_cli.refinement.scalars import sliding
+from thermoroll_cli.steady_state.scalars import sliding
 from thermoroll_cli.wheelset.curves import Points
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.worn.evolution import STEPS_FROM_COLD, ContactState, line_load, worn_geometry
