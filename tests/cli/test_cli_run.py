@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.support.command_line import MECHANICAL, THERMAL, call, thermoroll
+from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 
@@ -44,7 +44,7 @@ def test_run_writes_files_and_a_table(case: Path, tmp_path: Path) -> None:
 
 
 def test_json_is_one_line_and_nothing_else(case: Path, tmp_path: Path) -> None:
-    done = thermoroll("run", case, "--json", "--no-plots", "-o", "o", cwd=tmp_path)
+    done = call("run", case, "--json", "--no-plots", "-o", "o", cwd=tmp_path)
     (line,) = done.stdout.splitlines()
     result = strict(line)
     # A mechanical case: what needs heat is left out or null.
