@@ -57,12 +57,12 @@ def test_lists_begin_after_an_empty_line() -> None:
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the site, built without a warning, with pictures of a few coarse contacts and of a wheelset."""
+    """The folder of the site, built without a warning, with the picture of a coarse contact."""
     pytest.importorskip("mkdocs")
     pytest.importorskip("latex2mathml")
     folder = tmp_path_factory.mktemp("documents") / "site"
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1", "OPENBLAS_NUM_THREADS": "1", "GALLERY_GRID": "8",
-                   "GALLERY_CASES": "wheel*.toml"}
+                   "GALLERY_CASES": "wheel_rail_s*.toml"}
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and "WARNING" not in done.stderr, done.stderr
@@ -71,9 +71,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_site_has_all_cases_and_names(site: Path) -> None:
     gallery = (site / "gallery.html").read_text(encoding="utf-8")
-    for name in ("wheel_rail", "wheel_rail_sliding", "wheelset_wear"):
-        assert f"cases/{name}.toml" in gallery
-        assert (site / "gallery" / f"{name}.png").stat().st_size > 5_000
+    assert "cases/wheel_rail_sliding.toml" in gallery
+    assert (site / "gallery" / "wheel_rail_sliding.png").stat().st_size > 5_000
     reference = (site / "reference.html").read_text(encoding="utf-8")
     assert "frictional heat" in (site / "index.html").read_text(encoding="utf-8")
     for name in ("Case", "Result", "Solver", "solve", "sweep", "read_result", "CreepForceTable"):
