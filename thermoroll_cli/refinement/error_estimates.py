@@ -43,8 +43,8 @@ ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 with slip. Stresses rise like √s from the border (2: 84 % of stresses covered), and so do tractions up to where an interlayer
 yields: slip and heat are largest there (2: 56 % of the largest fluxes)."""
 BORDER = 1.0 / 3.0
-"""R of areas with a border that is found, times N^−1.5: about N border elements, each off by a third of itself at random (0:
-91 % of stick areas)."""
+"""R of areas with a border that is found, and of the heat that is conducted, most of it there, times N^−1.5: about N border
+elements, each off by a third of itself at random (0: 91 % of stick areas)."""
 SPREAD = 0.5
 """Part of the error of the largest flux that reaches temperatures, because heat spreads, and integrals; and of the error of the
 stick area that reaches the creepages that are found (0: 94.6 %; 1: creepages 14 times the true error, in place of 12)."""
@@ -200,7 +200,8 @@ class Resolution:
                 return SPREAD * (self.unseen + self.rim)
             case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
                 # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
-                return SPREAD * ((1.0 - self.sticking) * self.narrow + self.unseen**1.5 + self.rim)
+                conducted = self.border if kind == "exchanged heat" and self.derived.problem.heating.conducts else 0.0
+                return SPREAD * ((1.0 - self.sticking) * self.narrow + self.unseen**1.5 + self.rim) + conducted
             case "expansion":
                 # Measured from the border of the contact, which is known to an element.
                 return 1.0 / self.elements
