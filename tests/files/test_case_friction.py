@@ -63,7 +63,7 @@ def test_the_map_of_friction_lies_between_both_coefficients() -> None:
 def test_measured_creep_forces_of_a_locomotive() -> None:
     """Parameters were fitted to these points by others: this checks the form of the model and the program, not a prediction."""
     measured = reference("friction_eurosprinter_measured")
-    case = Case.read(EUROSPRINTER).with_values({"numerics.grid": 48})
+    case = Case.read(EUROSPRINTER).with_values({"numerics.grid": 32})
     creepages = measured["ours"]["creepage"][::2]
     forces = [solve(case.with_values({"creepage.longitudinal": c})).coupled.scalars["force_x_N"] / 106700 for c in creepages]
     points = np.array(measured["points"])

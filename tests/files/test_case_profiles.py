@@ -282,7 +282,7 @@ def test_pictures_show_the_surfaces_and_what_has_no_limit(tmp_path):
     assert "no limit" in done.stdout and "no upper bound" in " ".join((done.stdout + done.stderr).split())
     assert (tmp_path / "cut_profile.png").read_bytes().endswith(b"IEND\xaeB`\x82")
     (tmp_path / "cut_profile.png").unlink()
-    assert call("plot", tmp_path / "cut.h5", "-o", tmp_path, "--normalised").returncode == 0
+    assert call("plot", tmp_path / "cut.h5", "-o", tmp_path, "--normalised", "--fields", "profile,summary").returncode == 0
     assert (tmp_path / "cut_profile.png").exists()
     stored = read_result(tmp_path / "cut.h5").summary()
     assert "pressure_max_MPa" in stored["unbounded"] and len(stored["patches"]) == 1
@@ -309,7 +309,8 @@ def test_noise_is_named_until_it_is_smoothed(tmp_path):
     points = [[round(float(y), 3), float(z)] for y, z in zip(np.linspace(-3.0, 3.0, 61), heights, strict=True)]
     (tmp_path / "noise.toml").write_text(case(f"points_mm = {points}\n"))
     assert "the upper body changes sign" in " ".join(call("show", tmp_path / "noise.toml").stdout.split())
-    smoothed = call("run", tmp_path / "noise.toml", "-o", tmp_path, "--set", "geometry.upper_profile.smoothing_mm=1")
+    smooth = ("--set", "geometry.upper_profile.smoothing_mm=1", "--no-plots")
+    smoothed = call("run", tmp_path / "noise.toml", "-o", tmp_path, *smooth)
     assert smoothed.returncode == 0 and "changes sign" not in smoothed.stdout + smoothed.stderr
     result = read_result(tmp_path / "noise.h5")
     profile = result.problem.geometry.upper_profile

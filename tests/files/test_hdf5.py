@@ -204,7 +204,7 @@ def test_damage_anywhere_is_an_error_message_or_harmless(tmp_path: pathlib.Path,
     content = stored.read_bytes()
     dice = random.Random(1)
     messages = 0
-    for number in range(250):
+    for number in range(100):
         damaged = bytearray(content)
         for _ in range(dice.choice([1, 1, 3, 20])):
             damaged[dice.randrange(len(damaged))] = dice.randrange(256)
@@ -217,4 +217,4 @@ def test_damage_anywhere_is_an_error_message_or_harmless(tmp_path: pathlib.Path,
         except ResultFileError as error:
             assert str(path) in str(error)
             messages += 1
-    assert messages > 90
+    assert messages > 36

@@ -32,15 +32,20 @@ def rms(model: Case, points: Array) -> float:
     return float(np.sqrt(np.mean(apart**2)))
 
 
-def test_creep_curve_of_a_roller_rig() -> None:
-    """Every sixth of 40 points to 2 %: the values of the case are inside the intervals of a fit, and leave a third of the
-    scatter; smooth bodies are too stiff."""
+@pytest.mark.slow
+def test_the_values_of_a_roller_rig_are_inside_the_intervals_of_a_fit() -> None:
     rig, points = case("vt_fra_roller_rig", GRID), roller_rig()[:, ::6]
     found = fitted(rig.with_values({FRICTION: 0.5}), points, FRICTION, INTERLAYER)
     for key, one in found.parameters.items():
         assert abs(one.value - {FRICTION: 0.5135, INTERLAYER: 3.8}[key]) < one.uncertainty_95
     assert found.rms["force_x_over_load"] == pytest.approx(rms(found.case, points), rel=1e-3) and not found.warnings
-    assert found.rms["force_x_over_load"] <= rms(rig, points) < 0.010
+    assert found.rms["force_x_over_load"] <= rms(rig, points)
+
+
+def test_creep_curve_of_a_roller_rig() -> None:
+    """Every sixth of 40 points to 2 %: the values of the case leave a third of the scatter; smooth bodies are too stiff."""
+    rig, points = case("vt_fra_roller_rig", GRID), roller_rig()[:, ::6]
+    assert rms(rig, points) < 0.010
     smooth = rig.with_values({**SMOOTH, FRICTION: 0.48})
     assert 0.028 < rms(smooth, points) < 0.036
     creepage, force = (row[(points[0] > 1e-3) & (points[0] < 4e-3)] for row in points[:2])

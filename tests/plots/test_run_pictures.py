@@ -80,15 +80,17 @@ def test_stages_that_were_skipped_have_no_picture(options: dict[str, Any], missi
 def test_a_stored_result_gives_the_same_pictures(tmp_path: pathlib.Path) -> None:
     result = synthetic.result((24, 20), aspect=1.5)
     write_result(tmp_path / "r.h5", result)
-    direct = draw(result, tmp_path / "direct")
-    assert kinds(direct, "direct") == ALL and sorted(os.listdir(tmp_path)) == sorted(["r.h5", *(path.name for path in direct)])
-    stored = draw(read_result(tmp_path / "r.h5"), tmp_path / "stored")
+    wanted = ["traction", "temperature", "summary"]
+    direct = draw(result, tmp_path / "direct", kinds=wanted)
+    assert kinds(direct, "direct") == wanted
+    assert sorted(os.listdir(tmp_path)) == sorted(["r.h5", *(path.name for path in direct)])
+    stored = draw(read_result(tmp_path / "r.h5"), tmp_path / "stored", kinds=wanted)
     assert [path.read_bytes() for path in direct] == [path.read_bytes() for path in stored]
 
 
 def test_every_format_is_reproducible(tmp_path: pathlib.Path) -> None:
     result = synthetic.result((16, 16), deformation=False)
-    wanted: dict[str, Any] = {"kinds": ["traction", "summary"], "formats": ["png", "svg", "pdf"]}
+    wanted: dict[str, Any] = {"kinds": ["traction"], "formats": ["png", "svg", "pdf"]}
     for first, second in zip(draw(result, tmp_path / "a", **wanted), draw(result, tmp_path / "b", **wanted), strict=True):
         content = first.read_bytes()
         assert content.startswith({".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[first.suffix])
@@ -151,7 +153,8 @@ ODD: list[tuple[bool, dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("normalised", "options"), [
-    *ODD, (False, {}), (False, {"aspect": 2.5, "upper_heating": -0.8}), (False, {"aspect": 4.5, "size": 0.15}),
+    *ODD, (False, {"aspect": 2.5, "upper_heating": -0.8}),
+    *(pytest.param(False, options, marks=pytest.mark.slow) for options in ({}, {"aspect": 4.5, "size": 0.15})),
 ])  # fmt: skip
 def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[str, Any]) -> None:
     result = synthetic.result(**{"shape": (16, 16), **options})
@@ -161,7 +164,7 @@ def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[s
             picture = figure(result, kind, normalised=normalised)
             if picture is None:
                 continue
-            picture.canvas.draw()
+            picture.draw_without_rendering()
             box = picture.get_tightbbox()
         width, height = picture.get_size_inches()
         assert min(box.x0, box.y0) >= -0.01 and box.x1 <= width + 0.01 and box.y1 <= height + 0.01, kind
@@ -193,15 +196,12 @@ def test_pictures_do_not_depend_on_the_users_settings(tmp_path: pathlib.Path) ->
     )
     here = str(pathlib.Path(__file__).parents[2])
     environment = {key: value for key, value in os.environ.items() if key not in ("HOME", "MPLBACKEND")}
-    settings = [{}, {"MATPLOTLIBRC": str(tmp_path / "matplotlibrc"), "MPLBACKEND": "module://no_such_backend"}]
-    contents = []
-    for place, setting in enumerate(settings):
-        stem = tmp_path / str(place)
-        arguments = [sys.executable, "-c", script, here, str(stem)]
-        done = subprocess.run(arguments, env={**environment, **setting}, capture_output=True, text=True, timeout=PATIENCE)
-        assert done.returncode == 0, done.stderr
-        contents.append(stem.with_name(f"{place}_summary.png").read_bytes())
-    assert contents[0] == contents[1]
+    setting = {"MATPLOTLIBRC": str(tmp_path / "matplotlibrc"), "MPLBACKEND": "module://no_such_backend"}
+    arguments = [sys.executable, "-c", script, here, str(tmp_path / "there")]
+    done = subprocess.run(arguments, env={**environment, **setting}, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    (own,) = draw(synthetic.result((16, 16), tangential=False), tmp_path / "here", kinds=["summary"], dpi=40)
+    assert (tmp_path / "there_summary.png").read_bytes() == own.read_bytes()
 
 
 # What they show
@@ -282,9 +282,9 @@ def test_arrows_of_a_weak_patch_are_as_long_as_those_of_a_strong_one() -> None:
 
 
 def test_a_result_that_has_not_converged_is_marked() -> None:
-    for title in ("A case", ""):
+    for title, some in (("A case", ALL), ("", ["pressure", "summary"])):
         result = synthetic.result((16, 16), converged=False, title=title)
-        for kind in ALL:
+        for kind in some:
             assert "NOT CONVERGED" in [text.get_text() for text in shown(result, kind).texts]
 
 
