@@ -195,9 +195,9 @@ class Resolution:
                 return SPREAD * self.narrow
             case "diffused mean":
                 return SPREAD * self.narrow + found
-            case "resultant" if not self.sticking and self.derived.kinematics.slip_varies:
-                # Slip turns around the place without rigid slip: what sticks there changes its direction.
-                return SPREAD * (self.unseen + self.rim)
+            case "resultant" if self.derived.kinematics.slip_varies:
+                # Slip turns around the place without rigid slip: what sticks there changes its direction, and has a border.
+                return SPREAD * (self.unseen + (1.0 - self.sticking) * (self.narrow + min(self.border, self.sticking)) + self.rim)
             case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
                 # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
                 conducted = self.border if kind == "exchanged heat" and self.derived.problem.heating.conducts else 0.0
