@@ -197,7 +197,8 @@ class Resolution:
                 return SPREAD * self.narrow + found
             case "resultant" if self.derived.kinematics.slip_varies:
                 # Slip turns around the place without rigid slip: what sticks there changes its direction, and has a border.
-                return SPREAD * (self.unseen + (1.0 - self.sticking) * (self.narrow + min(self.border, self.sticking)) + self.rim)
+                border = min(self.border, self.sticking)
+                return SPREAD * ((1.0 - self.sticking) * (self.narrow + border) + self.unseen + self.rim)
             case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
                 # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
                 conducted = self.border if kind == "exchanged heat" and self.derived.problem.heating.conducts else 0.0
