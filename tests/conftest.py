@@ -24,8 +24,9 @@ def pytest_configure(config: pytest.Config) -> None:
         command_line.WARNINGS["PYTHONWARNINGS"] = "error"
 
 
-LONGEST = ("test_documents_commands", "test_sweep", "test_fit", "test_stress_small", "test_solve_wheelset", "test_faults",
-           "test_documents", "test_sweep_faults", "test_worn", "test_creep_table", "test_run_pictures", "test_coatings")
+LONGEST = ("test_fit", "test_documents_commands", "test_faults", "test_sweep", "test_slip_friction", "test_solve_wheelset",
+           "test_run_pictures", "test_layered_stage", "test_sweep_faults", "test_stress_small", "test_worn", "test_stage",
+           "test_creep_table", "test_error_estimates", "test_conicity", "test_service")
 """Files whose tests take longest: processes that share the files begin with them, so that none is left with one at the end."""
 
 

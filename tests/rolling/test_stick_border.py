@@ -42,7 +42,7 @@ def strip_errors(n: int, share: float, lateral: bool) -> np.ndarray:
 
 @pytest.mark.parametrize("lateral", [False, True])
 @pytest.mark.parametrize(("share", "most"), [(0.3, 0.02), (0.6, 0.03), (0.9, 0.2)])
-@pytest.mark.parametrize("n", [64, 128])
+@pytest.mark.parametrize("n", [64, pytest.param(128, marks=pytest.mark.slow)])
 def test_stick_zone_ends_where_carters_does(n, share, most, lateral):
     """Wherever it ends in its element; close to saturation the law holds over few elements only."""
     whole, placed = strip_errors(n, share, lateral).T
@@ -51,13 +51,13 @@ def test_stick_zone_ends_where_carters_does(n, share, most, lateral):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize(("n", "bound"), [(32, 4e-3), (64, 1e-3), (128, 4e-4)])
+@pytest.mark.parametrize(("n", "bound"), [(32, 4e-3), (64, 1e-3), pytest.param(128, 4e-4, marks=pytest.mark.slow)])
 def test_stick_fraction_of_rolling_contacts(case, n, bound):
     found = solved(reference_problem(case, n)).isothermal.scalars["gamma_st"]
     assert found == pytest.approx(REFERENCES[case]["gamma_st"], abs=bound)
 
 
-@pytest.mark.parametrize(("n", "bound"), [(32, 4e-3), (64, 1.2e-3), (128, 4e-4)])
+@pytest.mark.parametrize(("n", "bound"), [(32, 4e-3), (64, 1.2e-3), pytest.param(128, 4e-4, marks=pytest.mark.slow)])
 def test_stick_fraction_of_the_hot_contact(n, bound):
     found = solved(article_4_1(n)).coupled.scalars["gamma_st"]
     assert found == pytest.approx(REFERENCES["article_4_1"]["gamma_st"], abs=bound)

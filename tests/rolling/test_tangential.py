@@ -43,7 +43,7 @@ FINE = reference("rolling_fine")["cases"]
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize(("n", "bound"), [(64, 3e-3), (128, 1.5e-3)])
+@pytest.mark.parametrize(("n", "bound"), [(64, 3e-3), pytest.param(128, 1.5e-3, marks=pytest.mark.slow)])
 def test_forces_match_contact(case, n, bound):
     """Against CONTACT's extrapolated forces, in μW."""
     found, expected = rolled(case, n), CONTACT[case]["extrapolated"]
@@ -61,7 +61,7 @@ def test_stick_fraction_and_heat_match_contact(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize(("n", "bound"), [(32, 1e-3), (64, 3e-4), (128, 1e-4)])
+@pytest.mark.parametrize(("n", "bound"), [(32, 1e-3), (64, 3e-4), pytest.param(128, 1e-4, marks=pytest.mark.slow)])
 def test_forces_and_moment_match_an_independent_program(case, n, bound):
     """Within `bound` plus the stated uncertainty of the reference (its change since N = 64)."""
     found, expected = rolled(case, n), FINE[case]["fine"]
@@ -75,7 +75,7 @@ def test_forces_and_moment_match_an_independent_program(case, n, bound):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize(("n", "bound"), [(32, 3e-3), (64, 1e-3), (128, 3e-4)])
+@pytest.mark.parametrize(("n", "bound"), [(32, 3e-3), (64, 1e-3), pytest.param(128, 3e-4, marks=pytest.mark.slow)])
 def test_heat_matches_an_independent_program(case, n, bound):
     """Relative, beside the stated uncertainty (at least 1e-4)."""
     expected = FINE[case]["fine"]
@@ -147,7 +147,7 @@ def test_work_does_not_grow_with_the_grid():
     assert fine / coarse == pytest.approx(1.0, abs=0.2)
 
 
-@pytest.mark.parametrize("spin", [9.0, 9.19, 9.4])
+@pytest.mark.parametrize("spin", [9.0, *(pytest.param(spin, marks=pytest.mark.slow) for spin in (9.19, 9.4))])
 def test_false_slip_does_not_wander_through_the_stick_area(spin):
     """Slip of one element started wrongly on the coarser grid used to move on by one element a step: 900 to 1400
     applications."""
