@@ -227,6 +227,7 @@ def test_an_array_that_xarray_opens(tiny: Path) -> None:
         assert float(np.hypot(found.force_x, found.force_y).max()) <= 1.0 + 1e-6
 
 
+@pytest.mark.slow
 def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) -> None:
     plan = TablePlan(Axes((0.8, 1.25), 5, 5, 5), accuracy=1e-2, checks=10)
     path = tmp_path / "t.h5"

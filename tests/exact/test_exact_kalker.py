@@ -39,6 +39,7 @@ def test_interpolation_matches_computed_values(case):
         assert getattr(found, name.lower()) == pytest.approx(case[name], rel=8e-3 if name == "C33" else 4e-3)
 
 
+@pytest.mark.slow
 def test_interpolation_is_smooth_between_the_rows():
     """Each inner C11 is predicted from its neighbours by a straight line to 2.5 %, so cubics are far better."""
     for i in range(1, len(kalker.TABLE) - 1):

@@ -27,7 +27,7 @@ def test_shear_below_a_line_contact_carries_the_traction() -> None:
     assert abs(force) == pytest.approx(0.3 * np.pi / 2.0, rel=3e-3)
 
 
-@pytest.mark.parametrize("friction", [0.1, 0.3])
+@pytest.mark.parametrize("friction", [pytest.param(0.1, marks=pytest.mark.slow), 0.3])
 def test_limits_of_a_circular_contact_are_those_of_computed_stresses(friction: float) -> None:
     result = solve(strong_circle(friction, 48))
     kept, p0 = result.bodies["lower"].strength, result.of_problem["hertz_p0_MPa"] * 1e6

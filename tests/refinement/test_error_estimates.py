@@ -189,6 +189,7 @@ def test_stress_at_the_surface_with_spin() -> None:
     assert abs(value - truth) < error < 0.05 * truth
 
 
+@pytest.mark.slow
 def test_random_cases_as_the_command_prints_them(tmp_path: Path) -> None:
     """Cases of the stress generator, drawn anew for this test: few errors are larger than printed, none three times."""
     shortfalls = []

@@ -185,6 +185,7 @@ def rising_strips(reach: float, rise: float, steps: int = 1000, strips: int = 20
     return force / strips / (math.pi / 3.0)
 
 
+@pytest.mark.slow
 def test_friction_that_rises_over_a_soft_interlayer() -> None:
     """An ordinary differential equation along each strip; no memory is needed. Friction that falls and rises again has
     several creepages for one force."""

@@ -327,6 +327,7 @@ def test_order_of_convergence(kind):
     assert errors[-1] < 3e-3
 
 
+@pytest.mark.slow
 def test_estimates_are_honest():
     """Of random profiles at N = 24 against N = 72: at least 95 % of the estimates cover the true error within a factor 1.5."""
     covered = []

@@ -41,7 +41,8 @@ def direct_sum(table, grid: Grid, speed: np.ndarray, flux: np.ndarray, diffusivi
     return total
 
 
-@pytest.mark.parametrize(("peclet", "other"), [(0.05, KAPPA), (1.0, 0.3 * KAPPA), (30.0, 0.3 * KAPPA)])
+@pytest.mark.parametrize(("peclet", "other"), [
+    *(pytest.param(*row, marks=pytest.mark.slow) for row in ((0.05, KAPPA), (1.0, 0.3 * KAPPA))), (30.0, 0.3 * KAPPA)])
 def test_response_is_the_sum_over_sources_with_a_kernel_each(peclet, other):
     """Both temperatures and the sum of expansions, bodies alike or not: within 1e-5 of the peak (1e-4 is asked for)."""
     speed, flux = slip_and_flux(peclet)

@@ -69,7 +69,7 @@ def on(result, state):
     return inside, area, middle
 
 
-@pytest.mark.parametrize("speeds", [(200.0, 250.0, 280.0), (450.0, 500.0)])
+@pytest.mark.parametrize("speeds", [(200.0, 250.0, 280.0), pytest.param((450.0, 500.0), marks=pytest.mark.slow)])
 def test_neighbours_do_not_decide_where_the_domain_goes(speeds):
     """At 250 m/s the contact leaves the usual domain for a while, and comes back; above 320 m/s it has one of its own."""
     solver = Solver()
@@ -175,6 +175,7 @@ def test_heat_that_leaves_a_tenth_of_the_contact(heat):
         assert abs(result.coupled.scalars[name] / value - 1.0) < min(result.error[name], 4e-3)
 
 
+@pytest.mark.slow
 def test_a_contact_that_partly_sticks_at_six_times_the_heat_of_the_article():
     """1200 m/s instead of 200: beyond what turns that remember little find from a cold start. Values are of 128 elements."""
     found = solved(article_4_1(96, 1200.0))

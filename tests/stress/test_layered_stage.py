@@ -206,7 +206,8 @@ def test_thermal_stresses_are_refused_where_a_body_has_layers() -> None:
         make_plan(replace(problem, subsurface=SubsurfaceRequest()))
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 3])
 def test_estimates_cover_what_a_finer_grid_changes(seed: int) -> None:
     """Of random stacks, stresses and places of both bodies together: nine of ten."""
     problem = replace(random_layers(seed), subsurface=SubsurfaceRequest())

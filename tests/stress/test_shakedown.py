@@ -92,6 +92,7 @@ def test_shakedown_limit_of_circular_contacts(friction: float, expected: float) 
     assert result.of_problem["hertz_p0_MPa"] / below == pytest.approx(expected, rel=7e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.2])
 def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
     """Against quadratures of Boussinesq's and Cerruti's stresses. Their histories end at the border of a domain, which matters

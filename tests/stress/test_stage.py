@@ -251,6 +251,7 @@ def test_few_layers_have_wide_estimates_and_a_warning():
         assert error > abs(few.subsurface.scalars[name] - true.subsurface.scalars[name]) > 0.0, name
 
 
+@pytest.mark.slow
 def test_error_estimates_cover_coarse_grids():
     """Against N = 32, sticking, spinning, elliptic and heated: the error at N = 16 within both estimates.
 

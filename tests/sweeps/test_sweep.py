@@ -211,6 +211,7 @@ def test_two_processes_give_the_serial_files_though_one_is_killed(case: Path, se
     assert [json.loads(line)["name"] for line in out.splitlines()] == [path.stem for path in files(serial.folder)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "jobs", "code"), [
     pytest.param("SIGKILL", "2", -9, marks=pytest.mark.slow), ("SIGINT", "2", 130)])
 def test_a_killed_sweep_is_resumed(name: str, jobs: str, code: int, case: Path, serial: Swept, tmp_path: Path) -> None:

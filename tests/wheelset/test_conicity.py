@@ -92,6 +92,7 @@ def test_exchanged_wheels_and_all_lengths_doubled_change_nothing():
     np.testing.assert_allclose(conicity(large, [2.0 * SOME[0]]).conicity, found.conicity[at[:1]], rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_other_samplings_and_a_mirrored_outline_change_little():
     found = of_norm("E2")
     at = np.searchsorted(1e3 * found.amplitudes + 1e-9, SOME)

@@ -90,6 +90,7 @@ def test_worn_volumes_are_those_of_the_frictional_work() -> None:
     assert len(done.rows) > 2
 
 
+@pytest.mark.slow
 def test_order_and_parts_of_positions_change_nothing(whole: Path, tmp_path: Path) -> None:
     first = resumed(whole, tmp_path)
     other = followed([[3.0, B], [2.0, A], [5.0, A]])

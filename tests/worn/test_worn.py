@@ -135,6 +135,7 @@ def test_steps_converge_at_first_order() -> None:
     assert 0.9 < math.log2((coarse - middle) / (middle - fine)) < 1.3
 
 
+@pytest.mark.slow
 def test_grids_converge() -> None:
     def passes(side: int) -> float:
         wear = replace(TWIN_DISC.wear, step_fraction=0.03, depth=2.28e-6)
@@ -145,6 +146,7 @@ def test_grids_converge() -> None:
     assert math.log2(errors[0] / errors[1]) > 1.5 and errors[1] < 1e-3 * fine
 
 
+@pytest.mark.slow
 def test_steps_beyond_the_limit_are_unstable(monkeypatch: pytest.MonkeyPatch) -> None:
     """A depth well beyond the stable one makes neighbouring rows wear in turn."""
     def roughness() -> float:
