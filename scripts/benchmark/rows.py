@@ -205,7 +205,7 @@ def _applications(found: object) -> int:
     """Applications of the operator of rolling in one or several results; 0 where there are none."""
     results = found if isinstance(found, list) else [found]
     return sum(level["applications"] + level.get("coupled_applications", 0)
-               for one in results if isinstance(one, Result) for level in one.work["levels"])
+               for one in results if isinstance(one, Result) for level in one.work.get("levels", ()))
 
 
 def _in_order(problems: Iterable[Problem]) -> list[Result]:
