@@ -23,7 +23,7 @@ WHEELS = (("cases/MBench_S1002_v3.prw", 1360.0, -70.0), ("tests/reference/wheels
 TIP = 8.0
 """Width (mm) of the tip of a flange on either side of its lowest point."""
 EXCUSES = ("a flange climbs", "meet at sharp ends alone")
-"""Words of the reason of a wheel that friction holds."""
+"""Words of the reasons of wheels that friction holds, and of those that meet their rails at the ends of profiles alone."""
 LOAD_SHARE, POWER_SHARE = 1e-3, 2e-3
 """Departure of the vertical force from the load, and of the power from the heat, that may remain."""
 

@@ -264,14 +264,13 @@ def peak_of(
     """The largest of `values` (nz, nx, ny) on `depths` × `x` × `y`, between them by polynomials through the neighbours in the
     same layer of the coating, of all depths or only every `every`-th one.
 
-    The surface alone is searched as well. A `mirrored` field, even in y, is given for
-    y > 0 only. Positions are in the units of the arrays."""
+    The surface alone is searched as well. A `mirrored` field, even in y, is given for y > 0 only. Positions are in the units of
+    the arrays."""
     parts = [(values[part][::every], depths[part][::every]) for part in within_layers(depths)]
     if depths[0] == 0.0:
         parts.append((values[:1], depths[:1]))
-    tops = [float(part.max()) for part, _ in parts]
-    return max((_followed(part, at, x, y, mirrored) for (part, at), top in zip(parts, tops, strict=True)
-                if top >= CONTENDER * max(tops) or max(tops) <= 0.0), key=_value)
+    least = CONTENDER * max(float(part.max()) for part, _ in parts)
+    return max((_followed(part, at, x, y, mirrored) for part, at in parts if part.max() >= least or least <= 0.0), key=_value)
 
 
 def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:
