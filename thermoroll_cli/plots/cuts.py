@@ -57,7 +57,7 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
     diagrams = [(quantity, curves) for quantity, curves in candidates if curves]
     if not diagrams:
         return None
-    columns = min(2, len(diagrams))
+    columns = 2 if len(diagrams) % 2 == 0 else 1  # three, of a cold contact, fill one column of a page
     rows = -(-len(diagrams) // columns)
     side = (style.DOUBLE - RIGHT) / 2 - LABELS
     width = style.DOUBLE if columns == 2 else style.SINGLE
