@@ -6,6 +6,10 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT, SCALARS, WHEELSET_SCALARS, holds
 from thermoroll_cli.problem.problem import BODIES, Problem
 
@@ -65,6 +69,13 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
 def absolute_error(name: str, summary: Mapping[str, Any]) -> float:
     """Estimated discretisation error of a scalar in its own unit; nan for a given one, or without an estimate."""
     return _number(summary.get("error", {}), name) * error_scale(name, summary)
+
+
+def passed_on(errors: ArrayLike, sensitivities: ArrayLike) -> Array:
+    """Errors (…) of quantities from the `errors` (n,) of what they depend on and their derivatives with respect to that
+    (…, n). Signs are unknown, so magnitudes add: Σ |∂q/∂xᵢ| eᵢ. What a quantity does not depend on may be unknown."""
+    shares = np.abs(sensitivities)
+    return np.asarray(np.where(shares == 0.0, 0.0, shares * np.asarray(errors)).sum(axis=-1))
 
 
 def temperature_difference(summary: Mapping[str, Any]) -> float:

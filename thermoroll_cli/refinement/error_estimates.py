@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
-from thermoroll_cli.problem.names import SCALARS, Kind, Scalar, holds, of_kind
+from thermoroll_cli.problem.names import SCALARS, Condition, Kind, Scalar, holds, of_kind
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
 from thermoroll_cli.refinement.plan import Plan
@@ -42,6 +43,23 @@ ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 0.8 %). So are the end of stick and the largest flux where slip sets in at once, over an interlayer or with friction that rises
 with slip. Stresses rise like √s from the border (2: 84 % of stresses covered), and so do tractions up to where an interlayer
 yields: slip and heat are largest there (2: 56 % of the largest fluxes)."""
+
+
+def _abrupt(problem: Problem) -> bool:
+    """Whether slip sets in at once."""
+    law = problem.friction.law
+    return problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
+
+
+UNEVEN: dict[Kind, Condition] = {
+    "first order": True,
+    "peak pressure": lambda problem: problem.relaxes,
+    "exchanged heat": lambda problem: problem.heating.partition == "matched",
+    "diffused mean": lambda problem: problem.heating.conducts,
+    "stick": _abrupt,
+    "peak flux": _abrupt,
+}
+"""Kinds of scalars that are of first order also between bodies alike, and where."""
 BORDER = 1.0 / 3.0
 """R of areas with a border that is found, and of the heat that is conducted, most of it there, times N^−1.5: about N border
 elements, each off by a third of itself at random (0: 91 % of stick areas)."""
@@ -163,15 +181,9 @@ class Resolution:
 
     def order(self, kind: Kind) -> float:
         """q of a kind of scalars."""
-        derived, law = self.derived, self.derived.problem.friction.law
-        heating = derived.problem.heating
-        exchanged = ((heating.partition == "matched" and kind == "exchanged heat")
-                     or (heating.conducts and kind == "diffused mean"))
-        abrupt = derived.problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
         if kind == "peak flux" and self.rim:
             return ORDER_AT_SURFACE
-        uneven = derived.dissimilar or (derived.relaxing is not None and kind == "peak pressure")
-        uneven = uneven or exchanged or kind == "first order" or (abrupt and kind in ("stick", "peak flux"))
+        uneven = self.derived.dissimilar or holds(UNEVEN.get(kind, False), self.derived.problem)
         return ORDER_UNEVEN if uneven else ORDER
 
     def unresolved(self, kind: Kind) -> float:

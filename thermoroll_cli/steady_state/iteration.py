@@ -76,8 +76,8 @@ def admissible_friction(discretisation: Discretisation, wanted: Contact, before:
 
 
 def reserve(discretisation: Discretisation, contact: Contact) -> float:
-    """What friction in `contact` carries beyond the prescribed force in N; infinite where its coefficient is the same everywhere,
-    because that is known before solving."""
+    """What friction in `contact` carries beyond the prescribed force in N; infinite where its coefficient is the same
+    everywhere, since that is known before solving."""
     problem = discretisation.derived.problem
     if contact.friction is None and not problem.friction.across:
         return math.inf
