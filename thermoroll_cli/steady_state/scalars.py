@@ -130,7 +130,7 @@ def _resistance(discretisation: Discretisation, contact: Contact) -> dict[str, f
     grid, solvers, problem = discretisation.grid, discretisation.pressure, discretisation.derived.problem
     pressure, tangential = contact.normal.start, contact.tangential
     inside = solvers.solver.hysteresis(pressure)
-    closing = -discretisation.derived.undeformed_gap(grid.rows_with(1), grid.y)
+    closing = -problem.geometry.gap(grid.rows_with(1), grid.y)
     slope = (closing[2:] - closing[:-2]) / (2.0 * grid.dx)
     if contact.normal.offset is not None:
         slope += np.gradient(contact.normal.offset, grid.dx, axis=0)

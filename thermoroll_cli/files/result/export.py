@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 import pathlib
@@ -16,6 +14,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.atomic import replacing, write_bytes
+from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
@@ -132,11 +131,7 @@ def _patch_table(patches: Sequence[Mapping[str, Any]]) -> str:
     rows = [patch | {f"error.{name}": error for name, error in patch["error"].items() if not math.isnan(error)}
             for patch in map(dict, patches)]
     columns = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "error"]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns or ["side", "number"], restval="", extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return csv_text(columns or ["side", "number"], ([row.get(name, "") for name in columns] for row in rows))
 
 
 def _export_points(result: Result, path: pathlib.Path) -> list[pathlib.Path]:
