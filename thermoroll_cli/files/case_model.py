@@ -5,13 +5,12 @@ A new key is one line here, and one where `case_problem` puts it into the proble
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, quantity
+from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, pairs, quantity, signed_length
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.problem.problem import BODIES
 
@@ -22,18 +21,6 @@ MOST_LAYERS = 5
 MOST_TIMES = 40
 
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
-
-
-def _radius(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PydanticCustomError("radius", "must be a number")
-    if value == math.inf:
-        return math.inf
-    if value == 0:
-        raise PydanticCustomError("radius", "must not be zero: a flat body has the radius inf")
-    if not RADIUS_RANGE[0] <= abs(value) <= RADIUS_RANGE[1]:  # nan and -inf, too
-        raise PydanticCustomError("radius", "is outside the allowed range")
-    return float(value)
 
 
 def _grid(value: Any) -> int | tuple[int, int]:
@@ -53,7 +40,7 @@ def _one_line(value: Any) -> Any:
 
 _SIDE: dict[str, Any] = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
 Radius = Annotated[
-    float, AllowInfNan(True), BeforeValidator(_radius),
+    float, AllowInfNan(True), signed_length(*RADIUS_RANGE, zero="must not be zero: a flat body has the radius inf"),
     # JSON has no infinity: editors that check TOML by this schema hand inf on as null.
     WithJsonSchema({"type": ["number", "null"], "minimum": -RADIUS_RANGE[1],
                     "not": {"type": "number", "exclusiveMinimum": -RADIUS_RANGE[0], "exclusiveMaximum": RADIUS_RANGE[0]}}),
@@ -76,13 +63,9 @@ class MaterialConstants(Table):
     conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
     expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=0, le=1e6)
     diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
-    relaxation: Annotated[
-        list[Pair] | None, Allowed(f"1 to {MOST_TIMES} pairs [share, time in s]: shares above 0 with a sum below 1, times from "
-                                   "1e-12 to 1e12")
-    ] = Field(
-        default=None, min_length=1, max_length=MOST_TIMES,
-        description="[share of the modulus that relaxes, time in s]; youngs_modulus_GPa is then the instantaneous one",
-    )  # fmt: skip
+    relaxation: list[Pair] | None = pairs(
+        "[share, time in s]: shares above 0 with a sum below 1, times from 1e-12 to 1e12",
+        "[share of the modulus that relaxes, time in s]; youngs_modulus_GPa is then the instantaneous one", most=MOST_TIMES)
     relaxation_file: RelaxationFile | None = Field(default=None, description="The same from measured moduli")
 
 
@@ -112,12 +95,8 @@ class TwoMaterials(Table):
 class ProfileTable(Table):
     """Shape of a body across rolling, instead of a lateral radius: points, a file of them, or a crown."""
 
-    points_mm: Annotated[
-        list[Pair] | None, Allowed(f"2 to {LARGEST_PROFILE} pairs [y, height] of numbers in mm, y increasing")
-    ] = Field(
-        default=None, description="[y, height] in mm, y increasing, height positive out of the body",
-        min_length=2, max_length=LARGEST_PROFILE, json_schema_extra={"unit": "mm"},
-    )
+    points_mm: list[Pair] | None = pairs("[y, height] of numbers in mm, y increasing",
+                                         "[y, height] in mm, y increasing, height positive out of the body", least=2, unit="mm")
     file: Annotated[str | None, Allowed("the name of a file with two columns")] = Field(
         default=None, description="Two columns y and height in mm, or .prr, .prw, .ban, .whl", max_length=1000
     )
@@ -160,28 +139,24 @@ class LoadTable(Table):
                                                   None, ge=0, le=2)  # fmt: skip
 
 
-OverAngle = Annotated[list[Pair] | None, Allowed(f"1 to {LARGEST_PROFILE} pairs [degrees, coefficient], degrees increasing "
-                                                 "from -180 to 180, coefficients from 0 to 2")]  # fmt: skip
+OVER_ANGLE = "[degrees, coefficient], degrees increasing from -180 to 180, coefficients from 0 to 2"
 
 
 class RailFrictionTable(Table):
     """Friction on one rail, where it differs from the other."""
 
-    over_angle: OverAngle = Field(default=None, description="The same for this rail", min_length=1, max_length=LARGEST_PROFILE)
+    over_angle: list[Pair] | None = pairs(OVER_ANGLE, "The same for this rail")
 
 
 class FrictionTable(Table):
     """Dependence of the coefficient of friction on place, slip and the temperature of the contact."""
 
-    over_angle: OverAngle = Field(
-        default=None, min_length=1, max_length=LARGEST_PROFILE,
-        description="[inclination of the rail's surface in degrees, negative towards the gauge face, coefficient of friction], "
-                    "of a wheelset, instead of load.friction_coefficient",
-    )  # fmt: skip
-    across: Annotated[
-        list[Pair] | None, Allowed(f"1 to {LARGEST_PROFILE} pairs [y, coefficient], y increasing, coefficients from 0 to 2")
-    ] = Field(default=None, description="[y in mm, coefficient of friction] of bodies with profiles, instead of "
-              "load.friction_coefficient", min_length=1, max_length=LARGEST_PROFILE)  # fmt: skip
+    over_angle: list[Pair] | None = pairs(
+        OVER_ANGLE, "[inclination of the rail's surface in degrees, negative towards the gauge face, coefficient of friction], "
+        "of a wheelset, instead of load.friction_coefficient")
+    across: list[Pair] | None = pairs(
+        "[y, coefficient], y increasing, coefficients from 0 to 2",
+        "[y in mm, coefficient of friction] of bodies with profiles, instead of load.friction_coefficient")
     left: RailFrictionTable | None = Field(default=None, description="The left rail, where it differs")
     right: RailFrictionTable | None = Field(default=None, description="The right rail, where it differs")
 
@@ -192,11 +167,8 @@ class FrictionTable(Table):
                                                ge=0, le=2)
     half_slip_m_s: float | None = quantity("m/s", "Slip speed at which half of the change has happened, unless law is a table",
                                            None, ge=1e-12, le=1e9)  # fmt: skip
-    table: Annotated[
-        list[Pair] | None,
-        Allowed(f"2 to {LARGEST_PROFILE} pairs [slip speed, coefficient] of numbers, slip speeds in m/s increasing from 0"),
-    ] = Field(default=None, description="[slip speed in m/s, coefficient of friction] of a table", min_length=2,
-              max_length=LARGEST_PROFILE)  # fmt: skip
+    table: list[Pair] | None = pairs("[slip speed, coefficient] of numbers, slip speeds in m/s increasing from 0",
+                                     "[slip speed in m/s, coefficient of friction] of a table", least=2)
     memory_um: float = quantity("um", "Sliding distance over which friction follows its law; 0: at once", 0.0, ge=0, le=1e9)
     memory_slip_mm_s: float = quantity("mm/s", "Least slip speed with which memory fades", 1.0, ge=1e-9, le=1e9)
     temperature_slope_1_K: float = quantity(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 LARGEST_PROFILE = 2000
 """Points of a profile."""
@@ -52,6 +54,27 @@ def quantity(unit: str, description: str, default: Any = ..., *, ge: float | Non
     """A number with its unit, allowed from `ge` to `le`; the default None means that the key may be left out."""
     # Every number has limits, far outside any use: arithmetic overflows with numbers like 1e-300.
     return Field(default=default, description=description, json_schema_extra={"unit": unit}, ge=ge, le=le)
+
+
+def pairs(allowed: str, description: str, *, least: int = 1, most: int = LARGEST_PROFILE, unit: str = "") -> Any:
+    """A list of `least` to `most` pairs of numbers that may be left out; `allowed` says of what, in words, `unit` that of
+    both."""
+    extra: dict[str, Any] = {"allowed": f"{least} to {most} pairs {allowed}", **({"unit": unit} if unit else {})}
+    return Field(default=None, description=description, min_length=least, max_length=most, json_schema_extra=extra)
+
+
+def signed_length(low: float, high: float, *, zero: str = "is outside the allowed range") -> BeforeValidator:
+    """Allows lengths of either sign from `low` to `high` in magnitude, and inf; `zero` says why not 0."""
+    def check(value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise PydanticCustomError("length", "must be a number")
+        if value == 0:
+            raise PydanticCustomError("length", zero)
+        if not (low <= abs(value) <= high or value == math.inf):  # nan and -inf, too
+            raise PydanticCustomError("length", "is outside the allowed range")
+        return float(value)
+
+    return BeforeValidator(check)
 
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]

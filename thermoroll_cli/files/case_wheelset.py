@@ -8,32 +8,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic import AllowInfNan, Field, WithJsonSchema
 
-from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, quantity
+from thermoroll_cli.files.case_table import Allowed, Pair, Table, pairs, quantity, signed_length
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.wheelset.curves import Points, smoothed
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 
-CURVES = (1.0, 1e9)
-"""Smallest and largest radius of a curve in m."""
-
-
-def _curve(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PydanticCustomError("radius", "must be a number")
-    if not (CURVES[0] <= abs(value) <= CURVES[1] or value == math.inf):
-        raise PydanticCustomError("radius", "is outside the allowed range")
-    return float(value)
-
-
 CurveRadius = Annotated[
-    float, AllowInfNan(True), BeforeValidator(_curve),
+    float, AllowInfNan(True), signed_length(1.0, 1e9),
     WithJsonSchema({"type": ["number", "null"]}),
     Allowed("a number of either sign (positive to the right), 1 to 1e9 in magnitude, or inf (straight), in m"),
 ]  # fmt: skip
@@ -42,10 +29,9 @@ CurveRadius = Annotated[
 class OutlineTable(Table):
     """Outline of a rail or a wheel: points, or a file of them."""
 
-    points_mm: Annotated[list[Pair] | None, Allowed(f"2 to {LARGEST_PROFILE} pairs [y, z] of numbers in mm")] = Field(
-        default=None, description="[y, z] in mm in order along the surface, y to the field side, z down",
-        min_length=2, max_length=LARGEST_PROFILE, json_schema_extra={"unit": "mm"},
-    )
+    points_mm: list[Pair] | None = pairs("[y, z] of numbers in mm",
+                                         "[y, z] in mm in order along the surface, y to the field side, z down", least=2,
+                                         unit="mm")
     file: Annotated[str | None, Allowed("the name of a .prr, .prw, .ban or .whl file, or of one with two columns")] = Field(
         default=None, description="Simpack's .prr or .prw, MiniProf's .ban or .whl, or two columns y and z in mm",
         max_length=1000,
