@@ -18,8 +18,8 @@ Scale = Literal["value", "share", "stick area", "force", "moment", "temperature"
 """Scales of the errors and differences of scalars: see `error_scale`."""
 
 Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "first order", "area", "relative area",
-               "stick", "peak", "peak flux", "peak pressure", "pressure", "diffused", "diffused mean", "worn",
-               "expansion"]  # fmt: skip
+               "stick", "peak", "peak flux", "peak pressure", "relative peak pressure", "pressure", "diffused", "diffused mean",
+               "worn", "expansion"]  # fmt: skip
 """Kinds of scalars whose errors arise alike (`error_estimates`). `SCALARS` says which scalar is of which kind."""
 
 Condition = bool | Callable[[Problem], bool]
@@ -213,7 +213,7 @@ SCALARS = _named(
            diagram=r"contact area ratio $\gamma_\mathrm{c}$", without_hertz="contact area / cold area"),
     Scalar("gamma_st", "stick area / contact area", "share", listed=True, kind="stick", accurate=True, brief="stick/contact",
            diagram=r"stick area ratio $\gamma_\mathrm{st}$"),
-    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="peak pressure", accurate=True,
+    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="relative peak pressure", accurate=True,
            diagram=r"pressure ratio $\gamma_\mathrm{p}$", brief="p_max/p0", without_hertz="maximum pressure / cold one"),
     *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, kind="diffused",
               accurate=True, diagram=r"max. rise $\Delta T$ (K)"),
@@ -261,7 +261,8 @@ SCALARS = _named(
     Scalar("creepage_spin_rad_mm", "spin", "spin", given=True),
     Scalar("normal_N", "normal load", listed=lambda problem: problem.approach is not None, kind="pressure",
            given=lambda problem: problem.approach is None),
-    Scalar("pressure_max_MPa", "maximum pressure", listed=True, kind="peak pressure", diagram="max. pressure (MPa)"),
+    Scalar("pressure_max_MPa", "maximum pressure", listed=True, kind="peak pressure", accurate=True,
+           diagram="max. pressure (MPa)"),
     Scalar("pressure_centre_MPa", "pressure at the centre of the contact", kind="pressure"),
     Scalar("shear_max_MPa", "maximum shear traction", listed=True, kind="peak"),
     Scalar("heat_flux_max_W_mm2", "maximum heat flux", kind="peak flux"),

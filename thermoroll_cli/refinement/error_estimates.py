@@ -53,9 +53,14 @@ def _abrupt(problem: Problem) -> bool:
     return problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
 
 
+def _relaxes(problem: Problem) -> bool:
+    return problem.relaxes
+
+
 UNEVEN: dict[Kind, Condition] = {
     "first order": True,
-    "peak pressure": lambda problem: problem.relaxes,
+    "peak pressure": _relaxes,
+    "relative peak pressure": _relaxes,
     "exchanged heat": lambda problem: problem.heating.partition == "matched",
     "diffused mean": lambda problem: problem.heating.conducts,
     "stick": _abrupt,
@@ -78,6 +83,8 @@ FLOOR = 1.5e-5
 OF_HISTORIES = "dang_van", "alternating_k"
 """Beginnings of the names of scalars from histories along x."""
 RESULTANTS = of_kind("resultant")
+RIGID: tuple[Kind, ...] = "area", "relative area", "pressure", "peak pressure", "relative peak pressure"
+"""Kinds of scalars that differential slip does not change, unless traction acts back on the pressure."""
 ERROR_SCALARS = tuple(name for name, scalar in SCALARS.items() if scalar.accurate)
 """Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
 SMALLEST_ERROR_K = 1e-3
@@ -202,6 +209,10 @@ class Resolution:
                 return found
             case "peak pressure":
                 return self.edge
+            case "relative peak pressure":
+                # Where nothing acts back it is that of the same grid without: 1.
+                acts_back = self.derived.kinematics.feeds_back or any(map(self.plan.runs, ("deformation", "thermal crown")))
+                return self.edge if acts_back else 0.0
             case "peak":
                 return self.narrow + self.edge
             case "peak flux":
@@ -236,7 +247,7 @@ class Resolution:
 
     def left_out(self, kind: Kind) -> float:
         """Bound of the effect of stages that were left out."""
-        rigid = kind in ("area", "relative area", "pressure", "peak pressure") and not self.derived.kinematics.feeds_back
+        rigid = kind in RIGID and not self.derived.kinematics.feeds_back
         return sum(bound for stage, bound in self.plan.left_out.items() if not (rigid and stage == "differential slip"))
 
     @cached_property
