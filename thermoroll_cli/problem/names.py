@@ -118,10 +118,11 @@ class Quantity:
 
 UNITS = {
     "creepage_s": "", "_rad_s": "rad/s", "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm",
-    "_um_GPa": "µm/GPa", "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³", "_kg_m": "kg/m", "_kg": "kg",
-    "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)", "_W_mK": "W/(m K)", "_W_mm2": "W/mm²",
-    "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa", "_1_K": "1/K", "_K_W": "K/W",
-    "_Nmm": "N mm", "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_s": "s", "_m": "m",
+    "_mrad_s": "mrad/s", "_um_GPa": "µm/GPa", "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³",
+    "_kg_m": "kg/m", "_kg": "kg", "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)",
+    "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa",
+    "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm", "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W",
+    "_s": "s", "_m": "m",
 }  # fmt: skip
 """Ends of names of scalars and case keys, longer ones first, and the units they stand for."""
 
