@@ -413,7 +413,7 @@ ALSO_LISTED = ("T_gamma_N", "power_balance_error")
 
 def of_side(name: str, side: str) -> str:
     """The name of a scalar of one side: `Q_F_left_W`."""
-    end = next((end for end in UNITS if name.endswith(end)), "")
+    end = unit_end(name)
     return f"{name.removesuffix(end)}_{side}{end}"
 
 

@@ -208,10 +208,14 @@ def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
 def worth_showing(name: str, points: Sequence[Mapping[str, Any]], swept: Collection[str]) -> bool:
     """Whether a scalar says more about the `points` (summaries) than the `swept` keys do.
 
-    These say nothing: a scalar that was not computed; rounding noise; a creepage that is swept; a creepage or a force that is
-    given, so that it stays the same while the other changes; the pressure over a single Hertz pressure, which γ_p is."""
+    These say nothing: a scalar that was not computed; rounding noise; one of the upper body that reads like that of the lower
+    one; a creepage that is swept; a creepage or a force that is given, so that it stays the same while the other changes; the
+    pressure over a single Hertz pressure, which γ_p is."""
     partners = dict(zip(FORCES + CREEPAGES, CREEPAGES + FORCES, strict=True))
     if not finite(name, points) or all(_is_nothing(name, point) for point in points if computed(point.get(name))):
+        return False
+    lower = name.replace("_upper_", "_lower_")
+    if lower != name and all(number(point.get(name), 4) == number(point.get(lower), 4) for point in points):
         return False
     if name == "pressure_max_MPa":
         return not is_steady(finite("hertz_p0_MPa", points))
