@@ -67,7 +67,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
         work=_work(plan, cold, hot, extrapolated=extrapolated) | ({} if heat is None else account(heat)),
         history=history,
         warnings=tuple(warnings),
-        patches=tuple(patches_of(last.here, last.contact)) if not problem.geometry.elliptic else (),
+        patches=tuple(patches_of(last.here, last.contact)),
         unbounded=tuple(sorted(sharp.unbounded)),
     )
 
