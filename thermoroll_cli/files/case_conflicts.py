@@ -314,7 +314,7 @@ def _relaxation(sections: Sections) -> Iterator[Conflict]:
                                "layers that relax on top", at_key=True)
 
 
-def _bulk_temperatures(sections: Sections, thermal: model.ThermalTable) -> Iterator[Conflict]:
+def _bulk_temperatures(thermal: model.ThermalTable) -> Iterator[Conflict]:
     lower, upper = thermal.bulk_temperature_lower_K, thermal.bulk_temperature_upper_K
     if lower != upper and thermal.partition != "matched":
         yield Conflict(("thermal", "bulk_temperature_upper_K" if upper else "bulk_temperature_lower_K"),
