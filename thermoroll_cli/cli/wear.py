@@ -112,7 +112,8 @@ def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]
     from thermoroll_cli.plots.service_figure import draw_service
 
     if done.outlines:
-        return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done)) for ending in formats]
+        return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done.case.settings.title, done.rows, done.outlines,
+                                 converged=done.converged)) for ending in formats]
     kept, asked = done.snapshots, done.case.problem.wear
     assert asked is not None
     regimes = {body: getattr(asked, body).regimes for body in BODIES}
