@@ -1,4 +1,4 @@
-"""The search for a root: smooth, steep, flat and jumping functions, and another function at about the same place."""
+"""The search for a root: smooth, steep, flat and jumping functions."""
 
 from __future__ import annotations
 
@@ -35,11 +35,3 @@ def test_the_bracket_closes_around_a_jump():
     root = RisingRoot(0.9, 1.0, 0.25, 0.0, 1.0)
     found(root, lambda x: -1.0 if x < 0.3 else 1.0, 1e-9)
     assert root.width <= 1e-9 and root.place == pytest.approx(0.3, abs=1e-8)
-
-
-def test_a_similar_function_keeps_the_slope_and_forgets_the_bracket():
-    root = RisingRoot(0.0, 1.0, 10.0)
-    found(root, lambda x: 5.0 * (x - 0.3), 1e-12)
-    root.restart()
-    assert root.slope == pytest.approx(5.0) and math.isinf(root.width)
-    assert found(root, lambda x: 5.0 * (x - 0.4), 1e-12) <= 3

@@ -24,10 +24,6 @@ class RisingRoot:
         """Width of the bracket."""
         return self._high - self._low
 
-    def restart(self) -> None:
-        """A similar function, of which no bracket is known."""
-        self._low, self._high = -math.inf, math.inf
-
     def move(self, value: float) -> None:
         """Go on to the next place, from the `value` at the last one."""
         if value < 0.0:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -41,7 +41,7 @@ def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
         heights = [facing.clearance for facing in facings.values()]
         return heights[0] - heights[-1], facings
 
-    facings = level(both, problem.span, 0.0) if problem.finds_roll else both(problem.position.roll)[1]
+    facings = level(both, problem.span, 0.0)[0] if problem.finds_roll else both(problem.position.roll)[1]
     clearance = min(facing.clearance for facing in facings.values())
     if problem.vertical is None and clearance < -DEEPEST:
         raise Unsolvable(f"a wheel overlaps its rail by {-1e3 * clearance:.4g} mm, elastic contacts by {1e3 * DEEPEST:g} mm at "
@@ -88,17 +88,20 @@ def flange_clearance(facing: Facing) -> float:
 def hollow_of(wheel: WheelSide) -> tuple[float, float]:
     """By how much (m) the radius rises again from the flange to the field side, and the profile's y of the highest place there
     (m)."""
-    y, z = curve(wheel.profile).to_the_field_side
+    y, z = curve(wheel.profile).samples[:2]
+    if y[-1] < y[0]:
+        y, z = y[::-1], z[::-1]
     tread = slice(int(np.argmax(z)), None)
     rise = z[tread] - np.minimum.accumulate(z[tread])
     return float(rise.max()), float(y[tread][int(np.argmax(rise))])
 
 
-def wheelset_warnings(problem: WheelsetProblem) -> Iterator[str]:
-    """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail."""
+def wheelset_warnings(problem: WheelsetProblem, first: Mapping[SideName, Facing] | None = None) -> Iterator[str]:
+    """Warnings that need no solution; `first` is touching(problem), if it is known. Raises Unsolvable where a wheel misses its
+    rail."""
     for table in problem.without_effect:
         yield f"[{table}] has no effect: the {problem.sides[0]} wheel alone is solved"
-    facings = touching(problem)
+    facings = first or touching(problem)
     clearance = min(facing.position.z for facing in facings.values()) - problem.position.z
     if problem.vertical is None and clearance >= 0.0:
         yield f"no wheel touches its rail: {1e3 * clearance:.4g} mm are left"

@@ -17,8 +17,6 @@ COARSE_GRID = (32, 64)
 """Elements along and across on the overlap."""
 BOX_SAMPLES = (17, 33)
 """Places along and across at which the overlap is looked for."""
-TOLERANCE = 1e-5
-"""Residual gap over the elastic displacement: the error of the coarse grid is a hundred times larger."""
 
 
 class Indentation:
@@ -51,13 +49,13 @@ class Indentation:
         """Largest overlap in m after the wheel has `moved`."""
         return self.patch.overlap[0] + float(_closer(self._deepest, moved)[0])
 
-    def load(self, moved: tuple[float, float], sunk: float, over_coarse: float) -> float:
+    def load(self, moved: tuple[float, float], sunk: float, over_coarse: float, within: float) -> float:
         """Load (N) of the patch whose wheel has `moved`, at an approach of `sunk` (m) from first touch, which is `over_coarse`
-        times that of this grid; 0 where nothing remains."""
+        times that of this grid; 0 where nothing remains. `within` is the residual gap over the elastic displacement."""
         if sunk <= 0.0:
             return 0.0
         gap = self._gap - _closer(self._angle, moved)
-        solution = self._solver.solve(gap, Approach(sunk / over_coarse - self.overlap(moved)), self._pressure, TOLERANCE)
+        solution = self._solver.solve(gap, Approach(sunk / over_coarse - self.overlap(moved)), self._pressure, within)
         if solution.contact.any():
             self._pressure = solution.pressure
         return self._solver.load(solution.pressure)

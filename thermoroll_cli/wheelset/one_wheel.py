@@ -20,15 +20,15 @@ SAME_PATCH = 4e-3
 number changes."""
 SHARE_ROUNDS = 12
 """Steps of Newton's method in which patches that press each other apart share the load: two or three are usual."""
-HARDLY = 3e-2
-"""A wheel that moves by less than this share of its overlap keeps its patches. A patch that appears within it carries no more
-than 5e-3 of the load, and gaps change by the motion along their normals but for a few per cent of it: forces of the Manchester
-benchmark move by up to 6e-5 of the load, as with a third of this share."""
-SHARED = 1e-5
-"""Change of the displacement by neighbours over the overlap at which they have shared it."""
+HARDLY, CLOSELY = 3e-2, 300.0
+"""A wheel keeps its patches while it moves by less than the one share of its overlap, and than the other times the departure
+with which a height is found. A patch that appears within the former carries no more than 5e-3 of the load. Gaps change by the
+motion along their normals but for a few per cent of it: where the surface turns by 0.8 rad across a patch, forces would move by
+5e-3 of the load with the former alone, else by 6e-5."""
 HEIGHT_ROUNDS = 40
 BALANCED = 1e-5
-"""Departure of the vertical force, relative, with which a height is found: the coarse grid moves it by ten times as much."""
+"""Departure of the vertical force, relative, with which a height is found, of the displacement by neighbours over the overlap,
+and of the gap over the elastic displacement: the coarse grid moves them by ten times as much."""
 STIFFENING = 1.5
 """Exponent of the load over the approach, of Hertz's contact."""
 DEEPEST = 1e-3
@@ -74,7 +74,7 @@ class WheelOnRail:
         self._indentations: list[Indentation] = []
         self._loads = np.zeros(0)
 
-    def bearings(self, facing: Facing, lowered: float, solved: Sequence[Bearing]) -> list[Bearing]:
+    def bearings(self, facing: Facing, lowered: float, solved: Sequence[Bearing], within: float = BALANCED) -> list[Bearing]:
         """The patches that carry load when the wheel of `facing` is lower by this height (m), with what is known of them from
         those that were `solved`.
 
@@ -84,8 +84,8 @@ class WheelOnRail:
         neighbours have pressed out of its overlap carries nothing."""
         position = replace(facing.position, z=facing.position.z + lowered)
         moved = [indentation.moved(position) for indentation in self._indentations]
-        hardly = HARDLY * max((indentation.overlap() for indentation in self._indentations), default=-1.0)
-        if not moved or max(math.hypot(*way) for way in moved) > hardly:
+        deepest = max((indentation.overlap() for indentation in self._indentations), default=-1.0)
+        if not moved or max(math.hypot(*way) for way in moved) > min(HARDLY, CLOSELY * within) * deepest:
             self._find(facing, position)
             moved = [(0.0, 0.0)] * len(self._indentations)
         known = [_known(indentation.patch, solved) for indentation in self._indentations]
@@ -96,10 +96,10 @@ class WheelOnRail:
         for _ in range(SHARE_ROUNDS):
             sunk = overlap - apart
             self._loads = np.array([
-                indentation.load(way, depth, each[1])
+                indentation.load(way, depth, each[1], within)
                 for indentation, way, depth, each in zip(self._indentations, moved, sunk.tolist(), known, strict=True)])
             missed = apart - by_others @ self._loads
-            if not by_others.any() or np.abs(missed).max() <= SHARED * overlap.max():
+            if not by_others.any() or np.abs(missed).max() <= within * overlap.max():
                 break
             stiffness = STIFFENING * self._loads / np.where(sunk > 0.0, sunk, 1.0)
             apart = apart - np.linalg.solve(np.eye(len(overlap)) + by_others * stiffness, missed)
@@ -143,25 +143,25 @@ Placed = tuple[WheelOnRail, Facing, Sequence[Bearing]]
 """A wheel at its place except for its height, and what is known of its patches."""
 
 
-def height_of(wheels: Sequence[Placed], vertical: float, start: float | None = None) -> tuple[float, list[list[Bearing]]]:
+def height_of(wheels: Sequence[Placed], vertical: float, start: float | None,
+              within: float) -> tuple[float, list[list[Bearing]]]:
     """Lowering (m) with which `wheels` together carry the `vertical` force (N), and the patches of each there; `start` is a
-    guess.
+    guess, from first contact on. The force is met `within` a share.
 
     A secant on F^⅔, which is linear for one patch, in a bracket from first contact on. Raises NoHeight."""
     first = min(facing.clearance for _, facing, _ in wheels)
     depth = _depth(vertical, wheels[0])
     power = vertical ** (2.0 / 3.0)
-    begin = start if start is not None and first < start < first + DEEPEST else first + depth
-    root = RisingRoot(begin, power / depth, DEEPEST / 4.0, first, first + DEEPEST, (first, -power))
+    root = RisingRoot(first + (start or depth), power / depth, DEEPEST / 4.0, first, first + DEEPEST, (first, -power))
     largest, highest, there = -math.inf, root.place, []
     for _ in range(HEIGHT_ROUNDS):
         z = root.place
-        bearings = [wheel.bearings(facing, z, solved) for wheel, facing, solved in wheels]
+        bearings = [wheel.bearings(facing, z, solved, within) for wheel, facing, solved in wheels]
         force = sum(bearing.load * bearing.vertical for patches in bearings for bearing in patches)
         if force > largest:
             largest, highest, there = force, z, [bearing for patches in bearings for bearing in patches]
-        jumps = root.width < BALANCED * (z - first)
-        if abs(force - vertical) <= BALANCED * vertical or (jumps and largest > vertical):
+        jumps = root.width < within * (z - first)
+        if abs(force - vertical) <= within * vertical or (jumps and largest > vertical):
             return z, bearings
         if jumps:
             break

@@ -17,13 +17,16 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import error_scale, passed_on
+from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.wheelset.curves import STEP, curve
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.wheelset.one_wheel import Bearing
 from thermoroll_cli.wheelset.patch_surface import CLOSE, nearest
 from thermoroll_cli.wheelset.wheelset_problem import SideName
 
+LINEAR, SPIN = 3.3, 0.4
+"""Force over E* a² and creepage, and creepage across over a and spin that causes the same force, in Kalker's linear theory of
+circles at Poisson's ratio 0.28."""
 VIRTUAL = 0.55
 """Overlap of the virtual patch over the approach."""
 
@@ -64,6 +67,24 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
                            free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)))
     moving = replace(contact.motion, speed=slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
     return replace(contact, geometry=geometry, normal_force=bearing.load, motion=moving, friction=friction_of(contact, bearing))
+
+
+def estimated_friction(contact: Problem, bearing: Bearing, motion: MotionOfWheelset) -> tuple[float, float]:
+    """Forces of friction on the rail over the load, along and across, of a patch of a right wheel before it is solved:
+
+        (F_x, F_s) = −μ W (c_x, c_s + 0.4 a c_φ)/√(c_x² + c_s² + ½ a² c_φ² + c₀²),     c₀ = μ W/(3.3 E* a²)
+
+    Friction acts against the mean slip, of which c₀ makes what it is at small creepages in the linear theory (Kalker 1990) of a
+    circle of the radius a = 3 W/(4 E* δ)."""
+    slip = slip_on(bearing, motion)
+    along, across, spin = creepages(slip, np.array(slip.place), bearing.patch.angle)
+    radius = 0.75 * bearing.load / (contact.contact_modulus * bearing.sunk)
+    friction = friction_of(contact, bearing).coefficient
+    linear = friction * bearing.load / (LINEAR * contact.contact_modulus * radius**2)
+    size = math.hypot(along, across, math.sqrt(0.5) * radius * spin, linear)
+    if size == 0.0:
+        return 0.0, 0.0
+    return -friction * along / size, -friction * (across + SPIN * radius * spin) / size
 
 
 def friction_of(contact: Problem, bearing: Bearing) -> Friction:
@@ -111,12 +132,6 @@ class SolvedPatch:
         return replace(self.bearing, vertical=self.force[2] / self.result.problem.normal_force,
                        over_coarse=approach / (self.bearing.sunk / self.bearing.over_coarse))
 
-    def known(self, share: float) -> Bearing:
-        """The bearing with a `share` of the way from the ratios that it had to those that were found."""
-        before, found = self.bearing, self.solved
-        return replace(before, vertical=before.vertical + share * (found.vertical - before.vertical),
-                       over_coarse=before.over_coarse + share * (found.over_coarse - before.over_coarse))
-
     @property
     def in_profiles(self) -> tuple[float, float]:
         """y of the centre of pressure in the profiles of the rail and of the wheel, in m."""
@@ -133,19 +148,20 @@ class SolvedPatch:
     @property
     def rolling_radius_error(self) -> float:
         """Error of the rolling radius in m: along the wheel, that of the centre of pressure and half a step of samples."""
-        return float(passed_on([1e-3 * self.error_of("contact_y_mm"), 0.5 * STEP], [math.sin(self.angle)] * 2))
+        return abs(math.sin(self.angle)) * (1e-3 * self.error_of("contact_y_mm") + 0.5 * STEP)
 
     def error_of(self, name: str) -> float:
         """Estimated error of a scalar of the contact in its own unit, at the load it has."""
         return self.result.error.get(name, math.nan) * error_scale(name, self.result.summary())
 
-    def force_errors(self, load: float) -> Array:
-        """Estimated errors of the forces in N, (3,) in track axes, with the relative error of the `load`."""
+    @property
+    def force_errors(self) -> Array:
+        """Estimated errors of the forces in N, (3,) in track axes, at the load it has."""
         surface = self.bearing.patch
         across, normal = ((self.error_of("contact_force_y_N"), self.error_of("contact_force_z_N")) if surface.curved else
                           (self.error_of("force_y_N"), 0.0))
-        return passed_on([self.error_of("force_x_N"), across, normal, load],
-                         np.column_stack([*directions(surface.angle), self.force]))
+        sine, cosine = abs(math.sin(surface.angle)), abs(math.cos(surface.angle))
+        return np.array([self.error_of("force_x_N"), cosine * across + sine * normal, sine * across + cosine * normal])
 
 
 def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, result: Result) -> SolvedPatch:

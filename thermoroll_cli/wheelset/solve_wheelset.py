@@ -4,37 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.krylov import Anderson
 from thermoroll_cli.numerics.roots import RisingRoot
 from thermoroll_cli.problem.problem import Numerics
+from thermoroll_cli.refinement.plan import grid_sequence
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.steady_state.discretisation import SolverOptions
-from thermoroll_cli.wheelset.one_wheel import DEEPEST, SAME_PATCH, Bearing, NoHeight
-from thermoroll_cli.wheelset.patch_problem import SolvedPatch, friction_of, problem_of_patch, solved_patch
+from thermoroll_cli.wheelset.kinematics import MotionOfWheelset
+from thermoroll_cli.wheelset.one_wheel import BALANCED, DEEPEST, SAME_PATCH, Bearing, NoHeight
+from thermoroll_cli.wheelset.patch_problem import SolvedPatch, estimated_friction, friction_of, problem_of_patch, solved_patch
 from thermoroll_cli.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
-ROUGH_GRID = (16, 16)
-"""On which ratios of forces, roll and angular velocity are found before the wanted grid is solved."""
 MOST_ROUNDS = 32
-ROUGH_RATIO, RATIO = 0.1, 1e-4
-"""Change of the vertical force over the load from round to round, rough and fine, with which a patch is known."""
-ROUGH_DRIVE, DRIVE = 1e-3, 3e-5
-"""Unbalanced torque about the axle over radius and friction limit (or traction over the limit), likewise."""
-LARGEST_STEP = 4e-3
-"""Largest step of the angular velocity, over itself."""
+ROUGH, FINE = 1e-3, 1e-4
+"""On a rough grid and on the wanted one: change of the vertical force over the load from round to round with which patches are
+known, and what is unbalanced then: torque about the axle over radius and friction limit, or traction over that limit."""
+STOOD = 0.1
+"""Share of these with which the wheelset is placed."""
+GUESSES = 2
+"""Standings from which friction is estimated: without friction, and with what it is there."""
 DRIVE_SLOPE = 100.0
-"""First guess of the change of the unbalanced torque over its largest value with the angular velocity over itself."""
-FALLING = 0.5
-"""Share of the last change of the ratios from which on only half of a change is made: a flange that carries by friction answers
-its load with more than the change."""
-ANOTHER, OF_UNBALANCED = 1e-3, 0.1
-"""Change of the ratios of forces, and that over what is unbalanced, from which on the next standing is another one, for which
-no angular velocity is known to be too large or too small."""
+"""Usual change of what is unbalanced with the angular velocity over itself."""
+LONGEST = 0.4
+"""Longest step of the ratios of forces, and of the angular velocity over itself times `DRIVE_SLOPE`."""
+NUDGE, FLATTEST = 1e-2, 1e-2
+"""Step of both with which slopes are estimated, and least change of what is unbalanced over the latter: sliding leaves none."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
@@ -43,8 +43,8 @@ Report = Callable[[str, Mapping[str, Any]], None]
 class SolvedWheelset:
     """The standing of a wheelset, its angular velocity (rad/s, about the axle to the right: negative forward), its patches, and
     why it is not in balance (`reason`, empty if it is). `rounds` counts solutions of all patches; `drift` is the last change
-    of the ratios of forces, `drive_slope` (s/rad) the change with the angular velocity, if it was found, of what it leaves
-    unbalanced over the limit of friction."""
+    of the ratios of forces, `slopes`, (n + 1, n + 1), are those of the search (see `_Search`) for n patches, and
+    `finer` is by how much its unknowns differ between the rough and the wanted grid."""
 
     problem: WheelsetProblem
     standing: Standing
@@ -53,117 +53,214 @@ class SolvedWheelset:
     reason: str = ""
     rounds: int = 0
     drift: float = 0.0
-    drive_slope: float = 0.0
+    slopes: Array = field(default_factory=lambda: -np.eye(1))
+    finer: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def drive_slope(self) -> float:
+        """Estimated change of what is unbalanced with the angular velocity over itself, as ratios of forces follow it."""
+        return DRIVE_SLOPE / float(np.linalg.inv(self.slopes)[-1, -1])
 
 
+Loaded = list[tuple[SideName, Bearing]]
+"""Patches that bear a wheelset, each with its side."""
 Solvers = dict[tuple[bool, SideName], list[tuple[float, Solver]]]
 """Solvers of the patches, rough or not, of a side, with the places y (m) of those that they have solved."""
 
 
-def balanced(problem: WheelsetProblem, before: SolvedWheelset | None, solvers: Solvers, threads: int,
+def balanced(problem: WheelsetProblem, roll: float, before: SolvedWheelset | None, solvers: Solvers, threads: int,
              report: Report) -> SolvedWheelset:
-    """The wheelset in balance, from where one stood `before`; its patches go on from what `solvers` have solved. Raises
-    Unsolvable where a wheel misses its rail."""
-    state = _Search(problem, before, report, solvers, threads)
+    """The wheelset in balance, from its first contact at a `roll` (rad), or from where one stood `before`; its patches go on
+    from what `solvers` have solved. Raises Unsolvable where a wheel misses its rail."""
+    state = _Search(problem, roll, before, report, solvers, threads)
     rough = _rough(problem)
     try:
+        if not state.known:
+            state.guess()
+        coarse = np.zeros(0)
         if rough is not problem:
-            state.rounds_of(rough, ROUGH_RATIO, ROUGH_DRIVE)
-        reason = state.rounds_of(problem, RATIO, DRIVE)
+            state.rounds_of(rough, ROUGH)
+            coarse = state.next_place
+            if before is not None and len(before.finer) == len(coarse):
+                state.go_to(coarse + before.finer)
+        reason = state.rounds_of(problem, FINE)
+        finer = state.next_place - coarse if len(state.next_place) == len(coarse) else np.zeros(0)
         # The height follows the approaches of the last round, which leave the load of a wheel's only patch as it is.
-        state.standing = stand(problem, state.wheels, state.solved, state.standing)
+        state.stand(BALANCED)
     except NoHeight as cause:
         return state.without_height(cause)
-    assert state.standing is not None
-    return SolvedWheelset(problem, state.standing, state.drive.place, state.patches, reason, state.rounds, state.drift,
-                          -state.drive.slope)
-
-
-def _drive_from(angular_velocity: float, slope: float = 0.0) -> RisingRoot:
-    """The search for the angular velocity (rad/s), which what is unbalanced falls with; by the `slope` (s/rad) that it had
-    before, if there was one."""
-    size = max(abs(angular_velocity), 1e-300)
-    return RisingRoot(angular_velocity, slope or DRIVE_SLOPE / size, LARGEST_STEP * size)
+    return SolvedWheelset(problem, state.standing, state.velocity, state.patches, reason, state.rounds, state.drift,
+                          state.slopes, finer)
 
 
 class _Search:
-    """One wheelset on the way to its balance."""
+    """One wheelset on the way to its balance. Unknowns are the ratio of vertical force and load of each patch and, last, the
+    angular velocity over `unit` (rad/s); residuals are what the former change by, and what is unbalanced. They are mixed with
+    the Jacobian `slopes` as estimated for the patches `loaded`, ratios times `scales`, their shares of the load; `known` is
+    what the next standing knows of them."""
 
-    def __init__(self, problem: WheelsetProblem, before: SolvedWheelset | None, report: Report, solvers: Solvers,
-                 threads: int) -> None:
+    def __init__(self, problem: WheelsetProblem, roll: float, before: SolvedWheelset | None, report: Report,
+                 solvers: Solvers, threads: int) -> None:
         self.problem, self.report, self.solvers, self.threads = problem, report, solvers, threads
-        self.standing: Standing | None
-        self.solved: dict[SideName, tuple[Bearing, ...]] = {}
-        self.patches: tuple[SolvedPatch, ...] = ()
-        self.rounds, self.drift = 0, math.inf
-        if before is not None:
-            self._know(before.patches)
-        self.standing = None if before is None else before.standing
         self.wheels = wheels_of(problem)
-        given = problem.motion.angular_velocity
-        turned = math.nan if before is None else before.angular_velocity * problem.motion.speed / before.problem.motion.speed
-        self.drive = _drive_from(turned if given is None else given, 0.0 if before is None else -before.drive_slope)
+        self.standing = Standing(roll, 0.0, {})
+        self.loaded, self.known, self.patches = Loaded(), Loaded(), tuple[SolvedPatch, ...]()
+        self.rounds, self.drift = 0, math.inf
+        radius, given = max(wheel.radius for wheel in problem.wheels.values()), problem.motion.angular_velocity
+        self.unit = problem.motion.speed / (DRIVE_SLOPE * radius)
+        self.velocity = -DRIVE_SLOPE * self.unit if given is None else given
+        self.slopes, self.scales, self.mixing = -np.eye(1), np.ones(1), Anderson()
+        if before is not None and before.patches:
+            self.standing = replace(before.standing, roll=roll)
+            self.known = [(patch.side, patch.solved) for patch in before.patches]
+            if given is None:
+                self.velocity = before.angular_velocity * problem.motion.speed / before.problem.motion.speed
 
-    def rounds_of(self, problem: WheelsetProblem, ratio: float, drive: float) -> str:
+    def guess(self) -> None:
+        """Ratios of forces and angular velocity by estimates of friction, unless no height is found with these."""
+        for _ in range(GUESSES):
+            try:
+                self._stand(ROUGH)
+            except NoHeight:
+                if not self.loaded:
+                    raise
+                self.known = []
+                return
+            place = self._place_of(self.loaded)
+            root = RisingRoot(place[-1], 1.0, LONGEST)
+            for _ in range(MOST_ROUNDS if self.problem.finds_speed and self.loaded else 0):
+                place[-1] = root.place
+                unbalanced = self._estimated(place)[-1]
+                if abs(unbalanced) <= ROUGH:
+                    break
+                root.move(-unbalanced)
+            self.known = self.loaded
+            self.go_to(place + np.array([*self._estimated(place)[:-1], 0.0]))
+
+    def stand(self, within: float) -> None:
+        """Place the wheelset by what is known of its patches: if no height is found with ratios of forces that were mixed, with
+        those that were found. The vertical force is met `within` a share."""
+        try:
+            self._stand(within)
+        except NoHeight:
+            found = [(patch.side, patch.solved) for patch in self.patches]
+            if self.known == found or not found:
+                raise
+            self.known, self.mixing = found, Anderson(len(self.slopes))
+            self._stand(within)
+
+    def _stand(self, within: float) -> None:
+        solved = {of: tuple(bearing for side, bearing in self.known if side == of) for of in self.problem.sides}
+        self.standing = stand(self.problem, self.wheels, solved, self.standing, within)
+        before = self.loaded
+        self.loaded = [(side, bearing) for side, bearings in self.standing.bearings.items() for bearing in bearings]
+        if not _alike(before, self.loaded):
+            place = self._place_of(self.loaded)
+            nudged = [self._estimated(place + nudge) - self._estimated(place) for nudge in NUDGE * np.eye(len(place))]
+            self.slopes = np.transpose(nudged) / NUDGE
+            self.slopes[-1, -1] = min(self.slopes[-1, -1], -FLATTEST)
+            loads = np.array([bearing.load for _, bearing in self.loaded])
+            self.scales = np.array([*(loads / loads.sum()), 1.0])
+            self.mixing = Anderson(len(place))
+
+    @property
+    def next_place(self) -> Array:
+        """The unknowns of the next round."""
+        return self._place_of(self.known)
+
+    def _place_of(self, patches: Loaded) -> Array:
+        return np.array([*(bearing.vertical for _, bearing in patches), self.velocity / self.unit])
+
+    def go_to(self, place: Array) -> None:
+        """Set the unknowns."""
+        *ratios, velocity = place.tolist()
+        if self.problem.finds_speed:
+            self.velocity = velocity * self.unit
+        self.known = [(side, replace(bearing, vertical=ratio))
+                      for (side, bearing), ratio in zip(self.known, ratios, strict=True)]
+
+    def _estimated(self, place: Array) -> Array:
+        """The residuals at a `place` by estimates of friction, with loads that carry the same force."""
+        motion, (*ratios, velocity) = self._motion(place[-1] * self.unit), place.tolist()
+        changes, forward, torque, limit = [], 0.0, 0.0, 0.0
+        for (side, bearing), ratio in zip(self.loaded, ratios, strict=True):
+            mine = [(other, r) for (of, other), r in zip(self.loaded, ratios, strict=True) if of in self._together(side)]
+            more = 1.0 if self.problem.vertical is None else (
+                sum(other.load * other.vertical for other, _ in mine) / sum(other.load * r for other, r in mine))
+            along, across = estimated_friction(self.problem.contact, bearing, motion[side])
+            angle, load = bearing.patch.angle, more * bearing.load
+            changes.append(math.cos(angle) + math.sin(angle) * across - ratio)
+            forward -= along * load
+            torque -= along * load * bearing.patch.rolling_radius
+            limit += friction_of(self.problem.contact, bearing).coefficient * load
+        return np.array([*changes, self._unbalanced(forward, torque, limit) if self.problem.finds_speed else -velocity])
+
+    def _together(self, side: SideName) -> set[SideName]:
+        """The sides that carry a vertical force together with `side`."""
+        return {side} if self.problem.finds_roll else set(self.problem.sides)
+
+    def rounds_of(self, problem: WheelsetProblem, tolerance: float) -> str:
         """Rounds until neither the ratios of forces nor what drives the wheelset change any more; else why not."""
+        self.mixing = Anderson(len(self.slopes), known=self.mixing.secants)
         for _ in range(MOST_ROUNDS):
-            before = self.drift
-            self.standing = stand(self.problem, self.wheels, self.solved, self.standing)
-            if problem.finds_speed and math.isnan(self.drive.place) and any(self.standing.bearings.values()):
-                self.drive = _drive_from(-problem.motion.speed / self._rolling_radius())
+            self.stand(STOOD * tolerance)
             self._solve_patches(problem)
-            unbalanced = self._unbalanced() if problem.finds_speed else 0.0
-            if self.drift <= ratio and abs(unbalanced) <= drive:
+            forward, torque = -sum(patch.force[0] for patch in self.patches), sum(patch.torque for patch in self.patches)
+            unbalanced = self._unbalanced(forward, torque, self._limit) if problem.finds_speed else 0.0
+            known = self.drift <= tolerance and abs(unbalanced) <= tolerance
+            if known and problem is self.problem:
                 return ""
-            if problem.finds_speed and math.isfinite(unbalanced):
-                self.drive.move(-unbalanced)
-            if self.drift > min(ANOTHER, OF_UNBALANCED * abs(unbalanced)):
-                self.drive.restart()
-            if self.drift > FALLING * before:
-                self._know(self.patches, 0.5)
-        if self.drift > ratio and not self._exceeds_friction:
+            if self.drift <= tolerance and self._exceeds_friction:
+                break
+            self._mix(unbalanced)
+            if known:
+                return ""
+        if self.drift > tolerance and not self._exceeds_friction:
             return f"the load did not settle among the patches: their vertical forces still change by {self.drift:.1e}"
         return self._without_balance(unbalanced)
 
-    def _rolling_radius(self) -> float:
-        """Mean radius of the loaded places of the wheels in m."""
-        assert self.standing is not None
-        largest = [max(bearings, key=lambda bearing: bearing.load) for bearings in self.standing.bearings.values() if bearings]
-        return sum(bearing.patch.rolling_radius for bearing in largest) / len(largest)
+    def _mix(self, unbalanced: float) -> None:
+        """Set the unknowns of the next round, from those of the last ones and what they led to."""
+        place = self._place_of(self.loaded)
+        changes = [found.vertical - bearing.vertical for (_, bearing), (_, found) in zip(self.loaded, self.known, strict=True)]
+        newton = place - np.linalg.solve(self.slopes, [*changes, unbalanced])
+        step = self.mixing.next(self.scales * place, self.scales * newton) / self.scales - place
+        self.go_to(place + step * min(1.0, LONGEST / max(float(np.abs(step).max()), 1e-300)))
 
     def _solve_patches(self, problem: WheelsetProblem) -> None:
-        motion = replace(problem.motion, angular_velocity=self.drive.place)
+        motion = self._motion(self.velocity)
         patches = []
-        assert self.standing is not None
-        for side, bearings in self.standing.bearings.items():
-            mine = motion if side == "right" else motion.mirrored
-            for bearing in bearings:
-                solver = self._solver(side, bearing.patch.y, rough=problem is not self.problem)
-                result = solver.solve(problem_of_patch(problem.contact, bearing, mine))
-                patches.append(solved_patch(side, bearing, mine, result))
+        for side, bearing in self.loaded:
+            solver = self._solver(side, bearing.patch.y, rough=problem is not self.problem)
+            result = solver.solve(problem_of_patch(problem.contact, bearing, motion[side]))
+            patches.append(solved_patch(side, bearing, motion[side], result))
         self.patches = tuple(patches)
+        self.known = [(patch.side, patch.solved) for patch in patches]
         self.drift = self._drifted()
         self.rounds += 1
         self.report("wheelset", {"iteration": self.rounds, "residual": self.drift})
-        self._know(self.patches)
+
+    def _motion(self, velocity: float) -> dict[SideName, MotionOfWheelset]:
+        """The motion of each side, as of a right one, with an angular velocity (rad/s)."""
+        motion = replace(self.problem.motion, angular_velocity=velocity)
+        return {"left": motion.mirrored, "right": motion}
 
     def _solver(self, side: SideName, place: float, *, rough: bool) -> Solver:
         """The solver that has solved the patch nearest to `place` on a side before."""
         known = self.solvers.setdefault((rough, side), [])
         near = min(known, key=lambda entry: abs(entry[0] - place), default=None)
         if near is None or abs(near[0] - place) >= SAME_PATCH:
-            # Errors of rough solutions are of no interest.
-            near = place, Solver(self.threads, SolverOptions(sequence=not rough))
+            near = place, Solver(self.threads)
+            if not rough and self.solvers.get((True, side)):
+                near[1].last = self._solver(side, place, rough=True).last
         known[:] = [*(entry for entry in known if entry is not near), (place, near[1])]
         return near[1]
 
     def _drifted(self) -> float:
         """Change of the vertical forces over the load by what is new: ratios of forces, and approaches. What all patches that
         carry a given force sink deeper together lowers the wheel and changes no load."""
-        drift, groups = 0.0, [{side} for side in self.problem.sides]
-        if not self.problem.finds_roll:
-            groups = [set(self.problem.sides)]
-        for sides in groups:
+        drift = 0.0
+        for sides in {frozenset(self._together(side)) for side in self.problem.sides}:
             mine = [patch for patch in self.patches if patch.side in sides]
             loads = np.array([patch.bearing.load for patch in mine])
             sunk = np.array([patch.solved.over_coarse / patch.bearing.over_coarse - 1.0 for patch in mine])
@@ -173,22 +270,15 @@ class _Search:
             drift += float(loads @ (np.abs(turned) + np.abs(sunk)))
         return drift / max(sum(patch.bearing.load for patch in self.patches), 1e-300)
 
-    def _know(self, patches: tuple[SolvedPatch, ...], share: float = 1.0) -> None:
-        """What is known for the next standing: the ratios of `patches`, or a `share` of their change."""
-        self.solved = {side: tuple(patch.known(share) for patch in patches if patch.side == side)
-                       for side in self.problem.sides}
-
-    def _unbalanced(self) -> float:
-        """The residual of the drive over the limit of friction, positive where the wheelset must turn more slowly backwards.
-        Without friction each angular velocity leaves the wheelset without torque, and none drives it."""
-        limit = self._limit
+    def _unbalanced(self, forward: float, torque: float, limit: float) -> float:
+        """What drives the wheelset in vain, over the limit of friction (N), positive where it must turn more slowly backwards,
+        by the `forward` force (N) and the `torque` (N m) of its patches. Without friction each angular velocity leaves it
+        without torque, and none drives it."""
         if limit == 0.0:
-            return math.inf if self.problem.traction else 0.0
+            return -math.copysign(1.0, self.problem.traction) if self.problem.traction else 0.0
         if self.problem.traction is not None:
-            forward = -sum(patch.force[0] for patch in self.patches)
             return (forward - self.problem.traction) / limit
-        radius = sum(wheel.radius for wheel in self.problem.wheels.values()) / len(self.problem.wheels)
-        return sum(patch.torque for patch in self.patches) / (radius * limit)
+        return torque / (limit * sum(wheel.radius for wheel in self.problem.wheels.values()) / len(self.problem.wheels))
 
     @property
     def _limit(self) -> float:
@@ -208,8 +298,8 @@ class _Search:
     def without_height(self, cause: NoHeight) -> SolvedWheelset:
         """The wheelset as it stood last, and why its wheels do not carry their force: Nadal's limit says when a flange
         climbs."""
-        standing = self.standing or Standing(self.problem.position.roll, cause.z, {})
-        return SolvedWheelset(self.problem, standing, self.drive.place, self.patches, self._too_little(cause), self.rounds,
+        standing = self.standing if self.standing.bearings else Standing(self.standing.roll, cause.z, {})
+        return SolvedWheelset(self.problem, standing, self.velocity, self.patches, self._too_little(cause), self.rounds,
                               self.drift)
 
     def _too_little(self, cause: NoHeight) -> str:
@@ -239,11 +329,20 @@ class _Search:
         return friction_of(self.problem.contact, bearing).coefficient if math.isnan(found) else found
 
 
+def _alike(here: Loaded, there: Loaded) -> bool:
+    """Whether these are the same patches."""
+    return len(here) == len(there) and all(
+        side == other and abs(bearing.patch.y - its.patch.y) < SAME_PATCH
+        for (side, bearing), (other, its) in zip(here, there, strict=True))
+
+
 def _rough(problem: WheelsetProblem) -> WheelsetProblem:
     """`problem` on a rough grid, without heat unless friction depends on it; itself if it is as rough."""
-    contact, wanted = problem.contact, problem.contact.numerics
-    if wanted.grid is not None and max(wanted.grid) <= max(ROUGH_GRID):
+    contact = problem.contact
+    grids = grid_sequence(contact)
+    if len(grids) < 3:
         return problem
     heating = contact.heating if contact.friction_varies else replace(contact.heating, heat=False, deformation=False)
-    rough = replace(contact, numerics=Numerics(ROUGH_GRID, None, wanted.extent), heating=heating, subsurface=None, wear=None)
+    rough = replace(contact, numerics=Numerics(grids[1], None, contact.numerics.extent), heating=heating, subsurface=None,
+                    wear=None)
     return replace(problem, contact=rough)

@@ -4,17 +4,17 @@ forces."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from thermoroll_cli.numerics.roots import RisingRoot
-from thermoroll_cli.wheelset.one_wheel import Bearing, Placed, WheelOnRail, height_of
+from thermoroll_cli.wheelset.one_wheel import BALANCED, Bearing, WheelOnRail, height_of
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 
 ROLL_ROUNDS = 30
 ROLLED = 1e-9
 """Difference of the heights of both wheels (m) at which a roll is found: 1e-9 rad, a thousandth of what a patch of 20 µm
-notices."""
+notices. A place that is rough by a factor has it larger by that factor."""
 LONGEST_ROLL = 0.02
 """Longest step of the roll (rad): flanges that climb lift a wheel by ten or twenty millimetres."""
 
@@ -23,11 +23,14 @@ Found = TypeVar("Found")
 
 @dataclass(frozen=True)
 class Standing:
-    """Roll (rad), height of the axle (m, down) and the loaded patches of each side."""
+    """Roll (rad), height of the axle (m, down) and the loaded patches of each side. `depths` are those (m) of the wheels of
+    each side below their first contacts, `slope` (m/rad) the change of their heights' difference with the roll, if known."""
 
     roll: float
     height: float
     bearings: Mapping[SideName, Sequence[Bearing]]
+    depths: Mapping[SideName, float] = field(default_factory=dict)
+    slope: float | None = None
 
 
 Wheels = Mapping[SideName, WheelOnRail]
@@ -39,44 +42,48 @@ def wheels_of(problem: WheelsetProblem) -> Wheels:
 
 
 def stand(
-    problem: WheelsetProblem, wheels: Wheels, solved: Mapping[SideName, tuple[Bearing, ...]], before: Standing | None = None
+    problem: WheelsetProblem, wheels: Wheels, solved: Mapping[SideName, tuple[Bearing, ...]], before: Standing,
+    within: float = BALANCED
 ) -> Standing:
     """Where `problem` stands on its `wheels`, with the ratios of forces that are known as `solved`, near the standing `before`.
 
     If the roll is found, it makes the heights of both wheels equal, and each carries half of the vertical force. With a given
     roll they carry the whole force together. Raises Unsolvable where a wheel misses its rail, NoHeight where it cannot carry
     its force."""
-    start = None if before is None else before.height
+    depths = dict(before.depths)
 
-    def placed(side: SideName, roll: float) -> Placed:
-        return wheels[side], problem.facing(side, roll), solved.get(side, ())
+    def carried(sides: Sequence[SideName], vertical: float, roll: float) -> tuple[float, dict[SideName, list[Bearing]]]:
+        placed = [(wheels[side], problem.facing(side, roll), solved.get(side, ())) for side in sides]
+        height, found = height_of(placed, vertical, depths.get(sides[0]), within)
+        depths[sides[0]] = height - min(facing.clearance for _, facing, _ in placed)
+        return height, dict(zip(sides, found, strict=True))
 
-    if problem.vertical is None or not problem.finds_roll:
-        roll = problem.position.roll
-        on = [placed(side, roll) for side in problem.sides]
-        height, found = ((problem.position.z, [wheel.bearings(facing, 0.0, known) for wheel, facing, known in on])
-                         if problem.vertical is None else height_of(on, problem.vertical, start))
-        return Standing(roll, height, dict(zip(problem.sides, found, strict=True)))
+    if problem.vertical is None:
+        return Standing(problem.position.roll, problem.position.z, {
+            side: wheels[side].bearings(problem.facing(side), 0.0, solved.get(side, ())) for side in problem.sides})
+    if not problem.finds_roll:
+        return Standing(problem.position.roll, *carried(problem.sides, problem.vertical, problem.position.roll), depths)
     half = 0.5 * problem.vertical
 
     def standing(roll: float) -> tuple[float, Standing]:
-        nonlocal start
-        (left, on_left), (right, on_right) = (height_of([placed(side, roll)], half, start) for side in SIDES)
-        start = 0.5 * (left + right)
-        return left - right, Standing(roll, start, {"left": on_left[0], "right": on_right[0]})
+        (left, on_left), (right, on_right) = (carried((side,), half, roll) for side in SIDES)
+        return left - right, Standing(roll, 0.5 * (left + right), on_left | on_right, depths)
 
-    return level(standing, problem.span, 0.0 if before is None else before.roll)
+    found, slope = level(standing, before.slope or problem.span, before.roll, ROLLED * within / BALANCED)
+    return replace(found, slope=slope)
 
 
-def level(difference_at: Callable[[float], tuple[float, Found]], span: float, roll: float) -> Found:
-    """The result of `difference_at` at the roll (rad) that makes the heights of both wheels equal; `roll` is the first guess.
+def level(difference_at: Callable[[float], tuple[float, Found]], slope: float, roll: float,
+          within: float = ROLLED) -> tuple[Found, float]:
+    """The result of `difference_at` at the roll (rad) that makes the heights of both wheels equal `within` a difference (m),
+    and the slope there; `roll` is the first guess.
 
     `difference_at` gives the height of the left wheel less that of the right one (m), which grows with the roll by about the
-    `span` (m) between the rails, and any result beside it."""
-    root = RisingRoot(roll, span, LONGEST_ROLL)
+    `slope` (m/rad), the distance of the rails under treads, and any result beside it."""
+    root = RisingRoot(roll, slope, LONGEST_ROLL)
     for _ in range(ROLL_ROUNDS):
         difference, standing = difference_at(root.place)
-        if abs(difference) <= ROLLED or root.width < ROLLED:
+        if abs(difference) <= within or root.width < within:
             break
         root.move(difference)
-    return standing
+    return standing, root.slope

@@ -14,8 +14,8 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_side
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale, passed_on
-from thermoroll_cli.wheelset.first_contact import wheelset_warnings
+from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale
+from thermoroll_cli.wheelset.first_contact import touching, wheelset_warnings
 from thermoroll_cli.wheelset.one_wheel import SAME_PATCH
 from thermoroll_cli.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.wheelset.patch_surface import patches_of
@@ -51,8 +51,10 @@ class WheelsetSolver:
     def solve(self, problem: WheelsetProblem, *, report: Report | None = None) -> Result:
         """The result of `problem`. `report` is called with a stage and a mapping as the work goes on. Raises Unsolvable if a
         wheel misses its rail; `reason` says everything else that goes wrong."""
-        warnings = tuple(wheelset_warnings(problem))
-        found = balanced(problem, self._before, self._solvers, self.threads, report or (lambda stage, info: None))
+        first = touching(problem)
+        warnings = tuple(wheelset_warnings(problem, first))
+        roll = next(iter(first.values())).position.roll * sign_of(problem.sides[0])
+        found = balanced(problem, roll, self._before, self._solvers, self.threads, report or (lambda stage, info: None))
         self._before = None if found.reason else found
         return _result_of(found, warnings)
 
@@ -257,7 +259,7 @@ class _Whole:
     def force_errors(self) -> dict[str, float]:
         """Errors of the forces on the rails over the vertical one. A vertical force that is given has none."""
         problem, vertical = self.solved.problem, max(abs(self.scalars["track_force_z_N"]), 1e-300)
-        of_patches = [(patch.side, patch.force_errors(load))
+        of_patches = [(patch.side, patch.force_errors + load * np.abs(patch.force))
                       for patch, load in zip(self.patches, self.shared.loads, strict=True)]
         of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3)) / vertical
                     for side in problem.sides}  # fmt: skip
@@ -288,8 +290,7 @@ class _Whole:
             lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
             ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
             errors[f"lateral_over_vertical_{side}"] = (
-                float(passed_on([lateral, vertical], [1.0, ratio])) * abs(scalars["track_force_z_N"]) / carried
-                if carried else math.nan)
+                (lateral + abs(ratio) * vertical) * abs(scalars["track_force_z_N"]) / carried if carried else math.nan)
         errors |= {name: error / (error_scale(name, scalars) or math.nan) for name, (_, error) in self.together.items()
                    if error is not None}
         rises = [self.together[name][1] or 0.0 for name in (f"temperature_rise_max_{body}_K" for body in BODIES)

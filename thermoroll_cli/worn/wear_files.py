@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,7 +16,6 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.problem.geometry import surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Wear, planar
 from thermoroll_cli.steady_state.scalars import sliding
@@ -65,7 +66,11 @@ def resumed(journal: Mapping[str, Record]) -> WearState | None:
 
 def table(rows: Sequence[Record]) -> bytes:
     """The rows as CSV, the errors last."""
-    return csv_text(rows[0], ([f"{row.get(name, np.nan):.7g}" for name in rows[0]] for row in rows)).encode()
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(rows[0])
+    writer.writerows([f"{row.get(name, np.nan):.7g}" for name in rows[0]] for row in rows)
+    return text.getvalue().encode()
 
 
 @dataclass(frozen=True)
