@@ -159,7 +159,7 @@ def test_contact_conditions_hold_in_the_coupled_state(n):
     fields, s, grid = result.coupled.fields, result.coupled.scalars, grid_of(result)
     approach = s["approach_um"] * 1e-6
     pressure, contact = fields["pressure"], fields["state"] > 0
-    undeformed = DerivedQuantities(HOT).undeformed_gap(grid.x, grid.y)
+    undeformed = DerivedQuantities(HOT).hertz.undeformed_gap(grid.x[:, None], grid.y[None, :])
     gap = undeformed + fields["displacement_elastic"] - fields["displacement_thermal"] - approach
     middle = gap[np.unravel_index(np.argmax(pressure), gap.shape)]
     assert abs(middle) < 3e-4 * (64 / n) ** 2 * approach
