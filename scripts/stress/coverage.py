@@ -40,7 +40,7 @@ TOGETHER = ("coverage of random contacts", "coverage of contacts")
 FAMILIES: dict[str, Sequence[str]] = {
     "integrals": of_kind("integral", "exchanged heat", "resultant"), "creepages found": of_kind("creepage"),
     "areas": of_kind("area", "relative area"), "stick": of_kind("stick"), "maxima": of_kind("peak", "peak flux"),
-    "pressure, approach": of_kind("pressure", "peak pressure"),
+    "pressure, approach": of_kind("pressure", "peak pressure", "relative peak pressure"),
 }
 OTHERS = "temperatures, expansion"
 

@@ -354,9 +354,3 @@ def test_shipped_cases_and_templates_are_beyond_doubt() -> None:
     for template in TEMPLATES:
         done = call("validate", "-", stdin=call("init", "-", "--template", template).stdout)
         assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_show_of_an_invalid_case(invalid: Path) -> None:
-    done = call("show", invalid)
-    assert (done.returncode, done.stdout) == (3, "")
-    assert "poisson_ratio" in done.stderr

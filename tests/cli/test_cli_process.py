@@ -31,12 +31,6 @@ def test_help_version_and_bare_command() -> None:
     assert "Commands:" in bare.stderr
 
 
-def test_misspelt_command_is_suggested() -> None:
-    done = call("validat")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "'validate'" in done.stderr
-
-
 def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:
     """As under nohup (HUP), and in the background of a script (INT)."""
     (tmp_path / "case.toml").write_text(MECHANICAL.replace("grid = 16", "grid = 32"))

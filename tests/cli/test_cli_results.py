@@ -90,15 +90,6 @@ def test_opposite_creepages_differ_by_opposite_values(results: Path, tmp_path: P
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 
-def test_plot_does_not_overwrite_one_result_with_another(results: Path, tmp_path: Path) -> None:
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "a.h5").write_bytes((results / "b.h5").read_bytes())
-    done = call("plot", results / "a.h5", tmp_path / "other" / "a.h5", "-o", tmp_path / "out")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "several results would write" in done.stderr and "a_*.png" in done.stderr
-    assert not (tmp_path / "out").exists()
-
-
 def test_compare_json(results: Path) -> None:
     done = call("compare", results / "a.h5", results / "b.h5", "--json")
     assert done.returncode == 6
@@ -121,8 +112,6 @@ def test_export_xdmf_and_csv(results: Path, tmp_path: Path) -> None:
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout == f"{tmp_path / f'a.{suffix}'}\n"
         assert wanted in (tmp_path / f"a.{suffix}").read_text()
-    assert call("export", results / "a.h5").returncode == 2
-    assert call("export", results / "a.h5", "--format", "doc").returncode == 2
 
 
 @pytest.mark.parametrize("command", [["plot"], ["compare", "{a}"], ["export", "--format", "csv"]])
@@ -142,13 +131,6 @@ def test_files_that_are_no_results(command: list[str], results: Path, tmp_path: 
 def test_several_formats_are_written_by_one_command(results: Path, tmp_path: Path) -> None:
     done = call("export", results / "a.h5", "--format", "xdmf", "--format", "csv", "--format", "csv", "-o", tmp_path)
     assert (done.returncode, done.stdout.split()) == (0, [str(tmp_path / "a.xdmf"), str(tmp_path / "a.csv")])
-
-
-@pytest.mark.parametrize("command", ["plot a.toml", "export a.toml --format csv", "compare a.h5 a.toml"])
-def test_a_case_in_place_of_its_result_is_sent_to_run(results: Path, command: str) -> None:
-    done = call(*command.split(), cwd=results)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "a.toml is a case, not a result: solve it with `thermoroll run a.toml`" in " ".join(done.stderr.split())
 
 
 CREEP = """[material]
@@ -190,16 +172,6 @@ def test_the_cut_is_where_it_is_asked_for(result: Path, tmp_path: Path) -> None:
     assert "y = 0.05 mm" in (tmp_path / "r_centreline.svg").read_text()
 
 
-@pytest.mark.parametrize(("options", "message"), [
-    (["--fields", "presure"], "there is no picture 'presure'"), (["--cut-y", 70], "outside the domain"),
-    (["--dpi", 0], "--dpi"),
-    ])  # fmt: skip
-def test_wrong_options_are_usage_errors(result: Path, tmp_path: Path, options: list[str], message: str) -> None:
-    done = call("plot", result, "-o", tmp_path, *options)
-    assert (done.returncode, message in " ".join(done.stderr.split())) == (2, True), done.stderr
-    assert os.listdir(tmp_path) == []
-
-
 def test_sweeps_are_drawn_again_from_either_table(tmp_path: Path) -> None:
     """With theories beside the creep forces, on request; CSV has no title."""
     case = tmp_path / "creep.toml"
@@ -218,12 +190,6 @@ def test_sweeps_are_drawn_again_from_either_table(tmp_path: Path) -> None:
     assert (done.returncode, (tmp_path / "sweep.png").exists()) == (0, True)
     shown = (tmp_path / "sweep.svg").read_text()
     assert [words in shown for words in theories] == [True, False, False]
-
-
-def test_files_that_are_no_tables_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "other.csv").write_text("a,b\n1,2\n")
-    done = call("plot", tmp_path / "other.csv")
-    assert (done.returncode, "not the table of a sweep" in done.stderr) == (5, True), done.stderr
 
 
 def test_pictures_in_notebooks(result: Path) -> None:

@@ -115,14 +115,6 @@ def test_invalid_case_stops_everything_before_it_starts(case: Path, tmp_path: Pa
     assert not (tmp_path / "results").exists()
 
 
-def test_usage_errors(case: Path, tmp_path: Path) -> None:
-    for arguments in ([], [case, "--set", "load.normal_N"], [case, "--no-such-option"], [case, "--threads", "many"]):
-        done = call("run", *arguments, cwd=tmp_path)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert done.stderr
-    assert not (tmp_path / "results").exists()
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -139,15 +131,6 @@ def test_wrong_options_are_told_in_our_words(arguments: list[str], words: str, t
     assert (done.returncode, done.stdout) == (2, "")
     assert words in done.stderr
     assert "Value error" not in done.stderr and "Input should" not in done.stderr
-
-
-def test_two_cases_of_one_name(case: Path, tmp_path: Path) -> None:
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / case.name).write_text(MECHANICAL)
-    done = call("run", case, tmp_path / "other" / case.name, cwd=tmp_path)
-    assert done.returncode == 2
-    assert "two spheres.h5" in done.stderr
-    assert not (tmp_path / "results").exists()
 
 
 def test_not_converged_is_written_and_told(case: Path, tmp_path: Path) -> None:

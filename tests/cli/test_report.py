@@ -176,13 +176,6 @@ def test_fits_and_wear(tmp_path: Path) -> None:
     assert re.search(r"largest worn depth, lower body \d\S* µm", read(tmp_path / "twin_disc_wear_wear_report.html").text)
 
 
-def test_usage(folder: Path, tmp_path: Path) -> None:
-    assert "solve it with" in call("report", folder / "a.toml").stderr
-    done = call("report", folder / "a.h5", "-o", tmp_path / "a.pdf")
-    assert done.returncode == 2 and "end its name with .html" in done.stderr
-    assert call("report", tmp_path / "none.h5").returncode == 5
-
-
 def test_a_report_opens_in_a_browser(folder: Path, tmp_path: Path) -> None:
     """Nothing is asked of a server, nothing is complained about, and it prints on a few sheets of A4."""
     printed = tmp_path / "a.pdf"

@@ -349,24 +349,6 @@ def test_the_table_that_comes_with_the_program_answers_for_any_ellipse() -> None
     assert some["force_x_N"] > 0.0 == some["force_y_N"] == some["spin_moment_Nmm"]
 
 
-@pytest.mark.parametrize(("options", "message"), [
-    (("--aspect", "1,0.5"), "must increase"),
-    (("--aspect", "0,1"), "must be positive"),
-    (("--aspect=-1"), "must be positive"),
-    (("--aspect", "x"), "not a number"),
-    (("--nodes", "3,5,7"), "at least 5 magnitudes"),
-    (("--nodes", "7,5,8"), "must be odd"),
-    (("--nodes", "7"), "three whole numbers"),
-    (("--poisson", "0.6"), "0 to 0.5"),
-    (("--accuracy", "1"), "0.00025 to 0.01"),
-])  # fmt: skip
-def test_bad_axes(options: tuple[str, ...] | str, message: str, tmp_path: Path) -> None:
-    words = (options,) if isinstance(options, str) else options
-    done = call("table", "build", *words, "-o", tmp_path / "t.h5")
-    assert (done.returncode, message in done.stderr) == (2, True), done.stderr
-    assert not list(tmp_path.iterdir())
-
-
 def test_bad_queries(tiny: Path, circle: CreepForceTable) -> None:
     contact = ("--shear-modulus-GPa", "82", "--friction", "0.3", "--normal-N", "80000", "--longitudinal", "0.001")
     done = call("table", "query", tiny, "--semi-axes-mm", "5,1", *contact)

@@ -10,7 +10,6 @@ import pytest
 from tests.support.cases import Case
 from tests.support.command_line import call
 from thermoroll_cli.files.case import CaseError
-from thermoroll_cli.files.profile_file import ProfileError
 from thermoroll_cli.files.relaxation_file import read_series, series_words
 from thermoroll_cli.problem.relaxation import modulus_at
 
@@ -72,16 +71,17 @@ def test_units_and_separators_mean_the_same(tmp_path: Path, header: str, unit: f
 
 @pytest.mark.parametrize(("text", "message"), [
     ("frequency_Hz,storage_GPa\n1,2\n", "no column loss_GPa"),
-    ("", "no column frequency_Hz"),
-    ("frequency_Hz,storage_GPa,loss_GPa\n1,2,x\n", "row 2: loss is no number"),
-    ("frequency_Hz,storage_GPa,loss_GPa\n1,2\n", "row 2: loss is no number"),
+    ("", "needs a header line"),
+    ("f,storage_GPa,loss_GPa\n1,2,3\n", "no column frequency_Hz"),
+    ("frequency_Hz,storage_GPa,loss_GPa\n1,2,x\n", "line 2: loss is no number"),
+    ("frequency_Hz,storage_GPa,loss_GPa\n1,2\n", "line 2: 2 values for 3 keys"),
     ("frequency_Hz,storage_GPa,loss_GPa\n1,2,-1\n", "must be positive"),
     ("frequency_Hz,storage_GPa,loss_GPa\n1,2,1\n", "has 1 frequencies"),
     ("frequency_Hz,storage_GPa,loss_GPa\n" + "".join(f"1e{k},1e{k},1e{k}\n" for k in range(-3, 4)), "still relaxes"),
 ])
 def test_what_is_wrong_with_a_file(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "dma.csv").write_text(text)
-    with pytest.raises(ProfileError, match=message):
+    with pytest.raises(ValueError, match=message):
         read_series(tmp_path / "dma.csv")
 
 

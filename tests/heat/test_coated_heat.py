@@ -169,7 +169,8 @@ def test_response_is_the_sum_of_its_tables() -> None:
 
 
 @pytest.mark.parametrize(("layer", "speed", "peclet"), [
-    (POLYMER, 0.5, "rolling"), (CARBON, 0.5, "stationary"), (replace(CARBON, thickness=2e-5), 2.0, "rolling"),
+    (POLYMER, 0.5, "rolling"), pytest.param(CARBON, 0.5, "stationary", marks=pytest.mark.slow),
+    pytest.param(replace(CARBON, thickness=2e-5), 2.0, "rolling", marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_estimates_cover_what_finer_grids_change(layer: Layer, speed: float, peclet: str) -> None:
     body = replace(STEEL, layers=(layer,))

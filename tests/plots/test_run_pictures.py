@@ -8,6 +8,7 @@ import pathlib
 import subprocess
 import sys
 import warnings
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from tests.support import synthetic
-from tests.support.command_line import PATIENCE
+from tests.support.command_line import PATIENCE, THERMAL
 from tests.support.scenes import solved, wheel_on_rail
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import read_result, write_result
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.pictures import KINDS, draw, figure
@@ -153,8 +155,9 @@ ODD: list[tuple[bool, dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("normalised", "options"), [
-    *ODD, (False, {"aspect": 2.5, "upper_heating": -0.8}),
-    *(pytest.param(False, options, marks=pytest.mark.slow) for options in ({}, {"aspect": 4.5, "size": 0.15})),
+    *ODD,
+    *(pytest.param(False, options, marks=pytest.mark.slow)
+      for options in ({}, {"aspect": 2.5, "upper_heating": -0.8}, {"aspect": 4.5, "size": 0.15})),
 ])  # fmt: skip
 def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[str, Any]) -> None:
     result = synthetic.result(**{"shape": (16, 16), **options})
@@ -174,6 +177,17 @@ def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[s
 def test_words_of_the_sheet_end_before_its_numbers(scalar: Scalar) -> None:
     words = scalar.meaning if len(scalar.meaning) <= LONGEST_WORDS else scalar.brief
     assert words and len(f"{words} ({scalar.unit})") <= 46
+
+
+def test_columns_of_the_sheet_stand_apart() -> None:
+    """The longest words beside powers of ten: the columns of the table do not touch, and end on the page."""
+    hot = {"creepage.longitudinal": 0.05, "rolling.speed_m_s": 100.0, "wear.lower.specific_wear_rate_mm3_Nm": 1e-6}
+    picture = shown(solved(Case.parse(THERMAL).with_values(hot).problem), "summary")
+    picture.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in picture.texts if "\n" in text.get_text()]
+    columns = sorted(boxes, key=lambda box: box.x0)[:4]
+    assert all(left.x1 + 3.0 < right.x0 for left, right in pairwise(columns))
+    assert columns[-1].x1 < picture.bbox.x1
 
 
 def test_nan_fields_are_no_fields() -> None:

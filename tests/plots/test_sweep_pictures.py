@@ -5,8 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 import pathlib
-import typing
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,14 +12,15 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
-from pydantic import BaseModel
 
 from tests.support.command_line import THERMAL, call
 from thermoroll_cli.exact.kalker import creepage_coefficients, linear_creep_forces
-from thermoroll_cli.files.case_model import Settings
+from thermoroll_cli.files.case_schema import case_schema
+from thermoroll_cli.files.case_table import UNIT_AT_END
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.plots.sweep_figures import BETWEEN, is_logarithmic, sweep_figure, with_value, words_of
+from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.sweeps import table_picture
 from thermoroll_cli.sweeps.table import SweepColumns
 from thermoroll_cli.sweeps.table_files import read_sweep, write_csv
@@ -250,17 +249,11 @@ def test_a_table_read_from_csv_gives_the_same_picture(tmp_path: pathlib.Path) ->
 
 
 def test_every_key_with_a_unit_can_be_swept_under_its_unit() -> None:
-    def keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
-        for name, field in model.model_fields.items():
-            for part in (field.annotation, *typing.get_args(field.annotation)):
-                if isinstance(part, type) and issubclass(part, BaseModel):
-                    yield from keys(part)
-            extra = field.json_schema_extra
-            yield name, str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
-
-    units = {name: unit for name, unit in keys(Settings) if unit != "1"}
-    assert len(units) > 20
-    assert [name for name in units if not words_of(f"table.{name}").endswith(")")] == []
+    keys = {name for table in case_schema()["$defs"].values() for name in table["properties"]}
+    named = {name: unit_of(name) for name in keys if UNIT_AT_END.search(name)}
+    assert len(named) > 20 and {name for name in keys if unit_of(name) not in ("", "K")} == {*named}
+    assert named["yaw_rate_mrad_s"] == "mrad/s" and named["expansion_um_mK"] == "µm/(m K)"
+    assert [name for name, unit in named.items() if not words_of(f"table.{name}").endswith(f"({unit})")] == []
     assert with_value("load.normal_N", 150e3) == "normal load = 150000 N"
     assert with_value("load.friction_coefficient", 0.25) == "friction coefficient = 0.25"
     assert with_value("geometry.lower_radius_y_mm", math.inf) == "lower radius y = ∞"

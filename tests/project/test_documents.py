@@ -120,6 +120,7 @@ def test_numbers_of_the_readme() -> None:
     assert len(shown) == 5
     for name, value, error in shown:
         assert result[name] == pytest.approx(float(value), abs=2.0 * float(error)), name
+        assert result.uncertainty[name] == pytest.approx(float(error), rel=0.3), name
 
 
 def test_tables_of_what_is_declared_are_those_of_the_package() -> None:

@@ -143,6 +143,7 @@ def test_an_interface_deeper_than_the_stresses_is_named() -> None:
     assert scalars["layer_tension_max_upper_MPa"] == scalars["tensile_stress_max_upper_MPa"]
 
 
+@pytest.mark.slow
 def test_layers_shake_down_by_their_own_yield() -> None:
     """Those without one do not yield; the smallest factor of all depths counts, Dang Van's stress below the layers."""
     def strong(first: float | None, own: float | None = 3e8) -> Result:
@@ -170,6 +171,7 @@ def test_layers_shake_down_by_their_own_yield() -> None:
     assert figure(given, "strength_upper") is not None and figure(given, "shakedown_map") is None
 
 
+@pytest.mark.slow
 def test_deep_interfaces_are_searched_beyond_the_domain() -> None:
     """Shear stress 2 semi-axes below a long contact is largest beside it: as on a domain of twice the side."""
     problem = rolling(grid=16, friction=0.0, geometry=ellipse(0.3))

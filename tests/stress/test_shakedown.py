@@ -112,6 +112,7 @@ def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
         assert (found * factor / p0)[complete] == pytest.approx(np.array(wanted[column][1:])[complete], rel=6e-3), name
 
 
+@pytest.mark.slow
 def test_strength_compares_with_what_is_needed_and_has_estimates() -> None:
     coarse, fine = solve(strong_circle(0.2, 24)), solve(strong_circle(0.2, 64))
     scalars, error = coarse.subsurface.scalars, coarse.subsurface.error

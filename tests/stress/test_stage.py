@@ -225,7 +225,7 @@ def test_too_shallow_is_told():
     assert not solved(SubsurfaceRequest(layers=16), grid=16, friction=0.0).warnings
 
 
-@pytest.mark.parametrize("depth", [None, 0.001, 0.05, 0.11])
+@pytest.mark.parametrize("depth", [None, 0.05, *(pytest.param(depth, marks=pytest.mark.slow) for depth in (0.001, 0.11))])
 def test_a_maximum_below_the_last_layer_is_covered_or_told(depth: float | None) -> None:
     """The largest stresses of the whole body are covered, or have no estimate and are named, wherever the layers (mm) end."""
     body, strength = Material(210e9, 0.28), Strength(300e6, 0.3)

@@ -148,7 +148,7 @@ def test_stress_history(full: Path, tmp_path: Path) -> None:
     assert call("export", full, "--format", "xdmf", "--history", "0,0").returncode == 2
 
 
-@pytest.mark.parametrize("body", [THERMAL, MECHANICAL + """
+@pytest.mark.parametrize("body", [pytest.param(THERMAL, marks=pytest.mark.slow), MECHANICAL + """
 [[material.lower.layers]]
 thickness_um = 20.0
 youngs_modulus_GPa = 400.0

@@ -77,6 +77,7 @@ def test_order_of_points_and_units_of_weights_change_nothing():
     assert other.uncertainty_95 == pytest.approx(fitted(0.01)[KEYS[0]].uncertainty_95, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_interval_grows_with_the_noise_and_a_repeated_point_counts_twice():
     widths = [fitted(noise)[KEYS[0]].uncertainty_95 for noise in (0.01, 0.03)]
     assert widths[1] / widths[0] == pytest.approx(3.0, rel=0.3)

@@ -255,14 +255,6 @@ def test_two_sweeps_in_one_folder(case: Path, finished: Path) -> None:
     assert {path.name: path.read_bytes() for path in finished.iterdir()} == before
 
 
-@pytest.mark.parametrize("place", ["file", "file/below"])
-def test_folders_that_cannot_be(place: str, case: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    done = call("sweep", case, *OVER, "-o", tmp_path / place)
-    assert (done.returncode, done.stdout) == (5, "")
-    assert "cannot write to" in done.stderr
-
-
 def test_a_full_disk_keeps_what_was_finished(case: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from thermoroll_cli.tasks import journal
 

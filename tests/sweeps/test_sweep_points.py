@@ -83,55 +83,6 @@ def test_what_is_no_axis(text: str, case: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ([], "--over"),
-        (["--over", "k=1", "--over", "k=2"], "k is swept twice"),
-        (["--over", "a=1:2:1000", "--over", "b=1:2:1000"], "1000000 points are too many"),
-        (["--over", "load.normal_N=1,2", "--set", "load.normal_N=3"], "load.normal_N is swept with --over"),
-        (["--over", "load.normal_N=1,2", "--jobs", "0"], "--jobs"),
-        (["--over", "load.normal_N=1,2", "--points", "p.csv"], "either --over KEY=VALUES or --points"),
-        (["--over", "load.normal_N=1,2", "--jobs", "2", "--threads", "2"], "one thread each"),
-        (["--over", "load.normal_N=1,2", "--jobs", "2", "--dask", "tcp://127.0.0.1:1"], "the cluster decides"),
-    ],
-)
-def test_usage_errors(options: list[str], message: str, case: Path, tmp_path: Path) -> None:
-    done = call("sweep", case, *options, "-o", tmp_path / "out")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert message in done.stderr
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("over", "told"),
-    [
-        ("creepage.longtudinal=1,2", ["--over creepage.longtudinal=1", "unknown key", 'did you mean "longitudinal"?']),
-        ("load.normal_N=-1,5,-2", ["load.normal_N = -1", "load.normal_N = -2", "must be greater than 0"]),
-        ("thermal.heat=0,1", ["must be true or false"]),
-        ("thermal.peclet=rolling,slow", ["--over thermal.peclet=slow"]),
-        ("load=1,2", ["must be a table"]),
-        ("numerics.grid=16.5", ["whole number"]),
-        ("force.longitudinal_N=5,50", ["--over force.longitudinal_N=50", "exceeds what friction can carry"]),
-        ("geometry.upper_radius_y_mm=30,-20", ["convexity lost"]),
-        ("load.normal_N=-5:-1:30", ["10 errors of 30"]),
-    ],
-)
-def test_all_points_are_checked_before_the_first_is_solved(over: str, told: list[str], case: Path, tmp_path: Path) -> None:
-    done = call("sweep", case, "--over", over, "-o", tmp_path / "out")
-    assert (done.returncode, done.stdout) == (3, "")
-    for words in (*told, "nothing was computed"):
-        assert words in done.stderr
-    assert done.stderr.count("unknown key") <= 1
-    assert not (tmp_path / "out").exists()
-
-
-def test_unreadable_cases(tmp_path: Path) -> None:
-    done = call("sweep", tmp_path / "absent.toml", "--over", "load.normal_N=1,2", "-o", tmp_path / "out")
-    assert (done.returncode, done.stdout) == (3, "")
-    assert "no such file" in done.stderr
-
-
 def test_the_last_axis_varies_fastest_and_names_follow_the_numbers() -> None:
     axes = parse_axes(["load.normal_N=10,20", "rolling.speed_m_s=1:3:3"])
     points = points_of(THERMAL, axes)
@@ -183,6 +134,11 @@ def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
     assert [axis.values for axis in axes] == [(60, 65, 60), (False, False, False), (1, 2.5, 2)]
     (tmp_path / "tabs.csv").write_text(text.replace(";", "\t"), encoding="utf-8")
     assert read_points(tmp_path / "tabs.csv") == axes
+    (tmp_path / "excel.csv").write_text(text[1:], encoding="utf-16")
+    assert read_points(tmp_path / "excel.csv") == axes
+    (tmp_path / "book.xlsx").write_bytes(b"PK\x03\x04")
+    with pytest.raises(ValueError, match="is a workbook, not text"):
+        read_points(tmp_path / "book.xlsx")
     (tmp_path / "one.csv").write_text("load.normal_N\n80,5\n")
     assert read_points(tmp_path / "one.csv") == (Axis("load.normal_N", (80.5,)),)
     done = call("sweep", case, "--points", listed, "-o", tmp_path / "out", "--set", "numerics.grid=8")

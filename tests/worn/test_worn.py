@@ -92,7 +92,7 @@ def test_a_symmetric_crown_stays_symmetric() -> None:
     """Half of the contact stands for all of it as long as the profiles are their own mirror images."""
     sliding_in_part = replace(TWIN_DISC, motion=replace(TWIN_DISC.motion, creepage_x=2e-3))
     state = list(islice(evolution(sliding_in_part), 6))[-1]
-    assert state.result is not None and DerivedQuantities(state.result.problem).symmetric
+    assert state.result is not None and state.result.problem.geometry.symmetric
     worn = state.worn["upper"]
     assert worn == pytest.approx(worn[::-1], abs=1e-12 * worn.max())
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import folded
+from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.python_api import conicity as conicity_of
 from thermoroll_cli.sweeps.points import Axis
 
@@ -49,7 +48,7 @@ def conicity(
     record, files = found.record(), []
     for kind, columns in TABLES.items():
         files.append(output / f"{read.name}_{kind}.csv")
-        write_bytes(files[-1], _table({name: record[name] for name in columns}))
+        write_bytes(files[-1], csv_text(columns, zip(*(record[name] for name in columns), strict=True)).encode())
     if read.plots and not no_plots:
         from thermoroll_cli.plots.conicity_figure import draw_conicity
 
@@ -67,11 +66,3 @@ def conicity(
         for warning in found.warnings:
             streams.write(*folded(f"warning: {warning}", streams.width()))
         streams.write(*folded(f"wrote {', '.join(map(str, files))}", streams.width()))
-
-
-def _table(columns: dict[str, list[Any]]) -> bytes:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return text.getvalue().encode()

@@ -19,6 +19,7 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.creep_table.build import TablePlan, build_table, finish, journal_path
 from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
 from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
+from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.problem.friction import FrictionLaw
 from thermoroll_cli.sweeps.points import Axis
 from thermoroll_cli.tasks.runner import Workers
@@ -121,8 +122,7 @@ def query(
         raise typer.BadParameter(f"{cause}: --semi-axes-mm, --shear-modulus-GPa, --friction, --normal-N, --law") from None
     rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
     if csv is not None:
-        lines = (columns, *([repr(value) for value in row] for row in rows))
-        write_bytes(csv, "".join(f"{','.join(line)}\n" for line in lines).encode())
+        write_bytes(csv, csv_text(columns, rows).encode())
     if not as_json:
         streams.write("\t".join(columns))
     for row in rows:

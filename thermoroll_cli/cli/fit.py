@@ -48,10 +48,7 @@ def fit(
     Writes DIR/NAME_fit.toml (the case with the values found), DIR/NAME_fit.json and DIR/NAME_fit.png. A value that the data
     do not determine is named in a warning and has no interval. The exit code is 4 if the fit does not converge.
     """
-    with options.recorded(case, as_json):
-        read = options.read_case(case, options.parse_overrides(settings))
-        with options.solvable(read, str(case)):
-            _ = read.task
+    read, _ = options.read_task(case, settings, as_json=as_json)
     with options.usage("DATA.csv"):
         measured = Measured.read(data)
     with options.usage("--free"):

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,6 +18,9 @@ from thermoroll_cli.files import case_source
 from thermoroll_cli.files.case import Case, CaseError, Override, case_name
 from thermoroll_cli.files.case import solvable as solvable
 from thermoroll_cli.files.case_source import CaseSource
+
+if TYPE_CHECKING:
+    from thermoroll_cli.python_api import Task
 
 
 class ImageFormat(StrEnum):
@@ -150,6 +153,14 @@ def recorded(source: Path, as_json: bool) -> Iterator[None]:
         if as_json:
             streams.write_json(invalid_record(str(source), cause))
         raise
+
+
+def read_task(case: Path, settings: Sequence[str] | None, *, as_json: bool) -> tuple[Case, Task]:
+    """A case with a problem that may have a solution. Raises CaseError, see `recorded`."""
+    with recorded(case, as_json):
+        read = read_case(case, parse_overrides(settings))
+        with solvable(read, str(case)):
+            return read, read.task
 
 
 def invalid_record(source: str, error: CaseError | None, warnings: Sequence[str] = ()) -> dict[str, Any]:

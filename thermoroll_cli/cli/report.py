@@ -36,6 +36,7 @@ from thermoroll_cli.problem.scalar_errors import (
     number,
     repeats,
     scalar_text,
+    worth_showing,
 )
 from thermoroll_cli.sweeps.table import SweepColumns
 from thermoroll_cli.sweeps.table_files import is_sweep_file, read_sweep
@@ -267,12 +268,9 @@ def _sweep_table(table: SweepColumns) -> Table:
     """A row for each point: the swept values and the scalars that have a diagram and change."""
     arrays = {name: numbers(column) for name, column in table.numbers.items()}
     rows = summaries(arrays)
-    drawn = [name for names in DIAGRAMS.values() for name in names if name in arrays]
+    drawn = [name for names in DIAGRAMS.values() for name in names if name in arrays and worth_showing(name, rows, table.keys)]
     texts = {name: [scalar_text(name, row) if computed(row.get(name)) else "–" for row in rows] for name in drawn}
-    varying = [name for name in drawn if len(set(texts[name])) > 1 or len(rows) == 1]
-    varying = [name for name in varying
-               if "_upper_" not in name or texts[name] != texts.get(name.replace("_upper_", "_lower_"))]
-    varying = varying[: max(MOST_COLUMNS - len(table.keys), 1)]
+    varying = [name for name in drawn if len(set(texts[name])) > 1 or len(rows) == 1][: max(MOST_COLUMNS - len(table.keys), 1)]
     body = [(*(swept_text(table.columns[key][row]) for key in table.keys), *(texts[name][row] for name in varying))
             for row in range(min(len(rows), MOST_ROWS))]  # fmt: skip
     caption = f"The first {MOST_ROWS} of {len(rows)} points" if len(rows) > MOST_ROWS else ""

@@ -32,9 +32,11 @@ MEANINGS = {
     "expected_bulk_temperature_upper_K": "of full sliding, upper body",
     "biot_lower": "Biot number hR/k, lower body",
     "biot_upper": "Biot number hR/k, upper body",
+    "rolling_radius_left_mm": "at first contact, left wheel",
+    "rolling_radius_right_mm": "at first contact, right wheel",
     "felt_modulus_GPa": "E* of both surfaces as fast as they pass the contact",
 }
-"""Meanings of the numbers known before solving, besides those of scalars of a result."""
+"""Meanings of the numbers known before solving, where they are not those of scalars of a result."""
 
 PROCESS_BYTES, PROCESS_SECONDS = 100 * 2**20, 0.8
 """Memory and time of a run besides the solve: Python, libraries, files; measured on one core."""
@@ -60,46 +62,31 @@ def show(
         with options.solvable(read, str(case)):
             task = read.task
             kind = KINDS[type(task)]
-            if kind.plan is None:
-                _show_assembly(read, dict(kind.facts(task)), list(kind.warnings(task)), as_json=as_json)
-                return
-            plan = kind.plan(task)
+            plan = None if kind.plan is None else kind.plan(task)
+            facts, warnings = (kind.facts(task), list(kind.warnings(task))) if plan is None else (
+                plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)])
     except CaseError as invalid:
         if as_json:
             streams.write_json(options.invalid_record(str(case), invalid))
         raise typer.Exit(streams.report_invalid([invalid], "")) from None
     if as_json:
-        streams.write_json(_record(read, plan))
-    else:
-        streams.write(*_lines(read, plan, streams.width()))
-
-
-def _show_assembly(case: Case, facts: dict[str, float], warnings: list[str], *, as_json: bool) -> None:
-    """Inputs of an assembly, and what is known of it before solving."""
-    if as_json:
-        streams.write_json({"name": case.name, "inputs": _inputs(case), "profiles": case.profiles, **facts,
-                            "warnings": warnings})
+        inputs = {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in read.inputs}
+        streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **facts, "warnings": warnings,
+                            **({} if plan is None else _plan_record(read, plan))})
         return
     width = streams.width()
-    streams.write(*_input_lines(case, width), "known before solving")
-    streams.write(*align([(name, number(value)) for name, value in facts.items()]))
-    for warning in warnings:
-        streams.write(*folded(f"warning: {warning}", width))
+    meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS
+    streams.write(
+        *_input_lines(read, width), "known before solving",
+        *with_remarks([(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width),
+        *(() if plan is None else _plan_lines(read, plan, width)),
+        *(line for warning in warnings for line in folded(f"warning: {warning}", width)))
 
 
-def _inputs(case: Case) -> dict[str, Any]:
-    return {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in case.inputs}
-
-
-def _record(case: Case, plan: Plan) -> dict[str, Any]:
+def _plan_record(case: Case, plan: Plan) -> dict[str, Any]:
     return {
-        "name": case.name,
-        "inputs": _inputs(case),
-        "profiles": case.profiles,
-        **plan.facts,
         "run": plan.run,
         "skipped": plan.skipped,
-        "warnings": _warnings(plan),
         "grid": plan.grid,
         "memory_bytes": _memory(case, plan),
         "seconds": plan.seconds,
@@ -128,11 +115,7 @@ def _input_lines(case: Case, width: int) -> Iterator[str]:
         yield from with_remarks([(key, _words(record)) for key, record in case.profiles.items()], width)
 
 
-def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
-    yield from _input_lines(case, width)
-    yield "known before solving"
-    meanings = MEANINGS | {name: scalar.meaning for name, scalar in ALL_SCALARS.items()}
-    yield from with_remarks([(name, number(value), meanings.get(name, "")) for name, value in plan.facts.items()], width)
+def _plan_lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     yield "plan"
     steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
     yield from with_remarks(steps, width)
@@ -144,8 +127,6 @@ def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     bound = "at most " if accuracy is not None else ""
     seconds = PROCESS_SECONDS + plan.seconds + drawing
     yield f"  {bound}about {_memory(case, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}"
-    for warning in _warnings(plan):
-        yield from folded(f"warning: {warning}", width)
 
 
 def _memory(case: Case, plan: Plan) -> int:
@@ -156,7 +137,3 @@ def _memory(case: Case, plan: Plan) -> int:
 def _picture_seconds(case: Case, plan: Plan) -> float:
     count = PICTURES + (HEAT_PICTURES if plan.runs("heat") else 0) + (not case.problem.geometry.elliptic)
     return DRAWING_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
-
-
-def _warnings(plan: Plan) -> list[str]:
-    return [*plan.warnings, *expected_temperature_warning(plan.derived)]

@@ -228,9 +228,6 @@ def swept_text(value: Any) -> str:
 def _has_column(
     name: str, summaries: Sequence[Mapping[str, Any]], problems: Sequence[Problem], swept: Sequence[str]
 ) -> bool:
-    """Whether a scalar is worth a column: not if it is given, or reads like that of the lower body."""
-    lower = name.replace("_upper_", "_lower_")
-    if lower != name and all(number(summary.get(name), 4) == number(summary.get(lower), 4) for summary in summaries):
-        return False
+    """Whether a scalar is worth a column: not if it is given."""
     given = name in ALL_SCALARS and all(holds(ALL_SCALARS[name].given, problem) for problem in problems)
     return not given and worth_showing(name, summaries, swept)

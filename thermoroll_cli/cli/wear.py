@@ -44,11 +44,8 @@ def wear(
     DIR/NAME_wear.jsonl. A wheelset wears over the positions that [wear] gives: its outlines are DIR/NAME_worn_wheel_right.csv
     and so on, and DIR/NAME_wear.h5 has the first position on the worn outlines.
     """
-    with options.recorded(case, as_json):
-        read = options.read_case(case, options.parse_overrides(settings))
-        with options.solvable(read, str(case)):
-            task = read.task
-        asked = task.contact.wear
+    read, task = options.read_task(case, settings, as_json=as_json)
+    asked = task.contact.wear
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
     options.check_writable(output)
@@ -115,7 +112,8 @@ def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]
     from thermoroll_cli.plots.service_figure import draw_service
 
     if done.outlines:
-        return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done)) for ending in formats]
+        return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done.case.settings.title, done.rows, done.outlines,
+                                 converged=done.converged)) for ending in formats]
     kept, asked = done.snapshots, done.case.problem.wear
     assert asked is not None
     regimes = {body: getattr(asked, body).regimes for body in BODIES}

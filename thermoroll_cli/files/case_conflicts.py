@@ -93,16 +93,12 @@ def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Con
     if faults or not profiles:
         return
     rolling = sections.get("rolling")
-    ends = {name: [1e3 * end for end in profile_of(profile).ends] for name, profile in profiles.items()}
-    for name, (low, high) in ends.items():
+    for name, profile in profiles.items():
+        low, high = (1e3 * end for end in profile_of(profile).ends)
         if rolling is not None and rolling.differential_slip and not low < 0.0 < high:
             yield Conflict(("geometry", name), "has no material at y = 0, from where differential slip is measured: it reaches "
                            f"from {low:g} to {high:g} mm", "a profile around y = 0 (offset_mm shifts it), or "
                            "differential_slip = false in [rolling]", at_key=True)
-    low, high = max(end[0] for end in ends.values()), min(end[1] for end in ends.values())
-    if not low < high:
-        yield Conflict(("geometry", name), f"the profiles never face each other: one ends at y = {high:g} mm, the other begins "
-                       f"at {low:g} mm", "profiles that touch", at_key=True)
 
 
 def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
@@ -318,7 +314,7 @@ def _relaxation(sections: Sections) -> Iterator[Conflict]:
                                "layers that relax on top", at_key=True)
 
 
-def _bulk_temperatures(sections: Sections, thermal: model.ThermalTable) -> Iterator[Conflict]:
+def _bulk_temperatures(thermal: model.ThermalTable) -> Iterator[Conflict]:
     lower, upper = thermal.bulk_temperature_lower_K, thermal.bulk_temperature_upper_K
     if lower != upper and thermal.partition != "matched":
         yield Conflict(("thermal", "bulk_temperature_upper_K" if upper else "bulk_temperature_lower_K"),

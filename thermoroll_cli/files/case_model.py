@@ -5,13 +5,12 @@ A new key is one line here, and one where `case_problem` puts it into the proble
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, quantity
+from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, pairs, quantity, signed_length
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.problem.problem import BODIES
 
@@ -22,18 +21,6 @@ MOST_LAYERS = 5
 MOST_TIMES = 40
 
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
-
-
-def _radius(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PydanticCustomError("radius", "must be a number")
-    if value == math.inf:
-        return math.inf
-    if value == 0:
-        raise PydanticCustomError("radius", "must not be zero: a flat body has the radius inf")
-    if not RADIUS_RANGE[0] <= abs(value) <= RADIUS_RANGE[1]:  # nan and -inf, too
-        raise PydanticCustomError("radius", "is outside the allowed range")
-    return float(value)
 
 
 def _grid(value: Any) -> int | tuple[int, int]:
@@ -53,7 +40,7 @@ def _one_line(value: Any) -> Any:
 
 _SIDE: dict[str, Any] = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
 Radius = Annotated[
-    float, AllowInfNan(True), BeforeValidator(_radius),
+    float, AllowInfNan(True), signed_length(*RADIUS_RANGE, zero="must not be zero: a flat body has the radius inf"),
     # JSON has no infinity: editors that check TOML by this schema hand inf on as null.
     WithJsonSchema({"type": ["number", "null"], "minimum": -RADIUS_RANGE[1],
                     "not": {"type": "number", "exclusiveMinimum": -RADIUS_RANGE[0], "exclusiveMaximum": RADIUS_RANGE[0]}}),
@@ -71,27 +58,22 @@ class RelaxationFile(Table):
 class MaterialConstants(Table):
     """Constants of one material."""
 
-    youngs_modulus_GPa: float = quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
-    poisson_ratio: float = quantity("1", "Poisson's ratio", ge=0, le=0.5)
-    conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
-    expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=0, le=1e6)
-    diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
-    relaxation: Annotated[
-        list[Pair] | None, Allowed(f"1 to {MOST_TIMES} pairs [share, time in s]: shares above 0 with a sum below 1, times from "
-                                   "1e-12 to 1e12")
-    ] = Field(
-        default=None, min_length=1, max_length=MOST_TIMES,
-        description="[share of the modulus that relaxes, time in s]; youngs_modulus_GPa is then the instantaneous one",
-    )  # fmt: skip
+    youngs_modulus_GPa: float = quantity("Young's modulus", ge=1e-9, le=1e6)
+    poisson_ratio: float = quantity("Poisson's ratio", ge=0, le=0.5)
+    conductivity_W_mK: float | None = quantity("Thermal conductivity", None, ge=1e-6, le=1e6)
+    expansion_um_mK: float | None = quantity("Linear thermal expansion", None, ge=0, le=1e6)
+    diffusivity_mm2_s: float | None = quantity("Thermal diffusivity", None, ge=1e-9, le=1e12)
+    relaxation: list[Pair] | None = pairs(
+        "[share, time in s]: shares above 0 with a sum below 1, times from 1e-12 to 1e12",
+        "[share of the modulus that relaxes, time in s]; youngs_modulus_GPa is then the instantaneous one", most=MOST_TIMES)
     relaxation_file: RelaxationFile | None = Field(default=None, description="The same from measured moduli")
 
 
 class CoatingTable(MaterialConstants):
     """A bonded layer of the coating of a body."""
 
-    thickness_um: float = quantity("um", "Thickness of the layer", ge=1e-6, le=1e9)
-    shear_yield_MPa: float | None = quantity("MPa", "Shear yield stress; without it this layer does not yield", None, ge=1e-12,
-                                             le=1e9)  # fmt: skip
+    thickness_um: float = quantity("Thickness of the layer", ge=1e-6, le=1e9)
+    shear_yield_MPa: float | None = quantity("Shear yield stress; without it this layer does not yield", None, ge=1e-12, le=1e9)
 
 
 class MaterialTable(MaterialConstants):
@@ -112,27 +94,22 @@ class TwoMaterials(Table):
 class ProfileTable(Table):
     """Shape of a body across rolling, instead of a lateral radius: points, a file of them, or a crown."""
 
-    points_mm: Annotated[
-        list[Pair] | None, Allowed(f"2 to {LARGEST_PROFILE} pairs [y, height] of numbers in mm, y increasing")
-    ] = Field(
-        default=None, description="[y, height] in mm, y increasing, height positive out of the body",
-        min_length=2, max_length=LARGEST_PROFILE, json_schema_extra={"unit": "mm"},
-    )
+    points_mm: list[Pair] | None = pairs("[y, height] of numbers in mm, y increasing",
+                                         "[y, height] in mm, y increasing, height positive out of the body", least=2)
     file: Annotated[str | None, Allowed("the name of a file with two columns")] = Field(
         default=None, description="Two columns y and height in mm, or .prr, .prw, .ban, .whl", max_length=1000
     )
     kind: Literal["logarithmic"] | None = Field(default=None, description="A crown: height = drop ln(1 - (2|y|/length)^2)")
-    length_mm: float | None = quantity("mm", "Length of the crown, end to end", None, ge=1e-9, le=1e9)
-    drop_um: float | None = quantity("um", "Drop of the crown", None, ge=1e-9, le=1e9)
-    flat_mm: float | None = quantity("mm", "Length of the crown's middle part without drop", None, ge=0, le=1e9)
+    length_mm: float | None = quantity("Length of the crown, end to end", None, ge=1e-9, le=1e9)
+    drop_um: float | None = quantity("Drop of the crown", None, ge=1e-9, le=1e9)
+    flat_mm: float | None = quantity("Length of the crown's middle part without drop", None, ge=0, le=1e9)
     interpolation: Literal["cubic", "linear"] = Field(
         default="cubic", description="Between points: a spline of continuous curvature, or straight lines"
     )
-    offset_mm: float = quantity("mm", "Shift of the profile towards +y", 0.0, ge=-1e9, le=1e9)
-    tilt_mrad: float = quantity("mrad", "Rise of the profile towards +y", 0.0, ge=-500, le=500)
+    offset_mm: float = quantity("Shift of the profile towards +y", 0.0, ge=-1e9, le=1e9)
+    tilt_mrad: float = quantity("Rise of the profile towards +y", 0.0, ge=-500, le=500)
     mirror: bool = Field(default=False, description="Change the sign of y, of points or a file from the other side")
-    smoothing_mm: float = quantity("mm", "Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0,
-                                   le=1e3)
+    smoothing_mm: float = quantity("Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0, le=1e3)
 
 
 Profile = Annotated[ProfileTable, Allowed("a table: points_mm, file or kind")]
@@ -141,10 +118,10 @@ Profile = Annotated[ProfileTable, Allowed("a table: points_mm, file or kind")]
 class GeometryTable(Table):
     """Principal radii of both bodies. inf is flat, negative is concave. Across rolling a body may have a profile instead."""
 
-    lower_radius_x_mm: Radius = quantity("mm", "Radius of the lower body along rolling")
-    lower_radius_y_mm: Radius | None = quantity("mm", "Radius of the lower body across rolling, unless it has a profile", None)
-    upper_radius_x_mm: Radius = quantity("mm", "Radius of the upper body along rolling")
-    upper_radius_y_mm: Radius | None = quantity("mm", "Radius of the upper body across rolling, unless it has a profile", None)
+    lower_radius_x_mm: Radius = quantity("Radius of the lower body along rolling")
+    lower_radius_y_mm: Radius | None = quantity("Radius of the lower body across rolling, unless it has a profile", None)
+    upper_radius_x_mm: Radius = quantity("Radius of the upper body along rolling")
+    upper_radius_y_mm: Radius | None = quantity("Radius of the upper body across rolling, unless it has a profile", None)
     conformal: bool = Field(default=False, description="The contact follows the curved common surface of both bodies")
     lower_profile: Profile | None = Field(default=None, description="Profile of the lower body across rolling")
     upper_profile: Profile | None = Field(default=None, description="Profile of the upper body across rolling")
@@ -153,64 +130,52 @@ class GeometryTable(Table):
 class LoadTable(Table):
     """Normal load, and the coefficient of friction."""
 
-    normal_N: float | None = quantity("N", "Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
-    approach_um: float | None = quantity("um", "Approach of the bodies, which determines the load; instead of normal_N", None,
+    normal_N: float | None = quantity("Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
+    approach_um: float | None = quantity("Approach of the bodies, which determines the load; instead of normal_N", None,
                                          ge=1e-9, le=1e9)  # fmt: skip
-    friction_coefficient: float | None = quantity("1", "Coulomb's coefficient of friction; or of each place in [friction]",
+    friction_coefficient: float | None = quantity("Coulomb's coefficient of friction; or of each place in [friction]",
                                                   None, ge=0, le=2)  # fmt: skip
 
 
-OverAngle = Annotated[list[Pair] | None, Allowed(f"1 to {LARGEST_PROFILE} pairs [degrees, coefficient], degrees increasing "
-                                                 "from -180 to 180, coefficients from 0 to 2")]  # fmt: skip
+OVER_ANGLE = "[degrees, coefficient], degrees increasing from -180 to 180, coefficients from 0 to 2"
 
 
 class RailFrictionTable(Table):
     """Friction on one rail, where it differs from the other."""
 
-    over_angle: OverAngle = Field(default=None, description="The same for this rail", min_length=1, max_length=LARGEST_PROFILE)
+    over_angle: list[Pair] | None = pairs(OVER_ANGLE, "The same for this rail")
 
 
 class FrictionTable(Table):
     """Dependence of the coefficient of friction on place, slip and the temperature of the contact."""
 
-    over_angle: OverAngle = Field(
-        default=None, min_length=1, max_length=LARGEST_PROFILE,
-        description="[inclination of the rail's surface in degrees, negative towards the gauge face, coefficient of friction], "
-                    "of a wheelset, instead of load.friction_coefficient",
-    )  # fmt: skip
-    across: Annotated[
-        list[Pair] | None, Allowed(f"1 to {LARGEST_PROFILE} pairs [y, coefficient], y increasing, coefficients from 0 to 2")
-    ] = Field(default=None, description="[y in mm, coefficient of friction] of bodies with profiles, instead of "
-              "load.friction_coefficient", min_length=1, max_length=LARGEST_PROFILE)  # fmt: skip
+    over_angle: list[Pair] | None = pairs(
+        OVER_ANGLE, "[inclination of the rail's surface in degrees, negative towards the gauge face, coefficient of friction], "
+        "of a wheelset, instead of load.friction_coefficient")
+    across: list[Pair] | None = pairs(
+        "[y, coefficient], y increasing, coefficients from 0 to 2",
+        "[y in mm, coefficient of friction] of bodies with profiles, instead of load.friction_coefficient")
     left: RailFrictionTable | None = Field(default=None, description="The left rail, where it differs")
     right: RailFrictionTable | None = Field(default=None, description="The right rail, where it differs")
 
     law: Literal["exponential", "rational", "linear", "table"] | None = Field(
         default=None, description="How friction changes with the slip speed; constant if left out"
     )
-    limit_coefficient: float | None = quantity("1", "Coefficient of friction at large slip, unless law is a table", None,
-                                               ge=0, le=2)
-    half_slip_m_s: float | None = quantity("m/s", "Slip speed at which half of the change has happened, unless law is a table",
+    limit_coefficient: float | None = quantity("Coefficient of friction at large slip, unless law is a table", None, ge=0, le=2)
+    half_slip_m_s: float | None = quantity("Slip speed at which half of the change has happened, unless law is a table",
                                            None, ge=1e-12, le=1e9)  # fmt: skip
-    table: Annotated[
-        list[Pair] | None,
-        Allowed(f"2 to {LARGEST_PROFILE} pairs [slip speed, coefficient] of numbers, slip speeds in m/s increasing from 0"),
-    ] = Field(default=None, description="[slip speed in m/s, coefficient of friction] of a table", min_length=2,
-              max_length=LARGEST_PROFILE)  # fmt: skip
-    memory_um: float = quantity("um", "Sliding distance over which friction follows its law; 0: at once", 0.0, ge=0, le=1e9)
-    memory_slip_mm_s: float = quantity("mm/s", "Least slip speed with which memory fades", 1.0, ge=1e-9, le=1e9)
+    table: list[Pair] | None = pairs("[slip speed, coefficient] of numbers, slip speeds in m/s increasing from 0",
+                                     "[slip speed in m/s, coefficient of friction] of a table", least=2)
+    memory_um: float = quantity("Sliding distance over which friction follows its law; 0: at once", 0.0, ge=0, le=1e9)
+    memory_slip_mm_s: float = quantity("Least slip speed with which memory fades", 1.0, ge=1e-9, le=1e9)
     temperature_slope_1_K: float = quantity(
-        "1/K", "Share of the coefficient of friction lost per kelvin of contact temperature (negative: gained)", 0.0,
-        ge=-10, le=10
-    )  # fmt: skip
-    temperature_start_K: float = quantity("K", "Contact temperature from which the coefficient of friction changes", 0.0,
+        "Share of the coefficient of friction lost per kelvin of contact temperature (negative: gained)", 0.0, ge=-10, le=10)
+    temperature_start_K: float = quantity("Contact temperature from which the coefficient of friction changes", 0.0,
                                           ge=-1e4, le=1e4)
     temperature_minimum_factor: float = quantity(
-        "1", "Share of the coefficient of friction that remains however hot the contact gets", 0.1, ge=0, le=1
-    )
+        "Share of the coefficient of friction that remains however hot the contact gets", 0.1, ge=0, le=1)
     temperature_maximum_factor: float = quantity(
-        "1", "Multiple of the coefficient of friction that it never exceeds, however hot the contact gets", 2.0, ge=1, le=100
-    )
+        "Multiple of the coefficient of friction that it never exceeds, however hot the contact gets", 2.0, ge=1, le=100)
 
 
 def coefficient_at_rest(load: LoadTable, friction: FrictionTable) -> float:
@@ -222,15 +187,14 @@ def coefficient_at_rest(load: LoadTable, friction: FrictionTable) -> float:
 class InterlayerTable(Table):
     """A third body between the surfaces, which shears under the traction."""
 
-    compliance_um_GPa: float | None = quantity("um/GPa", "Thickness of the interlayer over its shear modulus", None, ge=1e-12,
-                                               le=1e12)
-    yield_MPa: float | None = quantity("MPa", "Shear stress at which the interlayer deforms plastically", None, ge=1e-9, le=1e9)
+    compliance_um_GPa: float | None = quantity("Thickness of the interlayer over its shear modulus", None, ge=1e-12, le=1e12)
+    yield_MPa: float | None = quantity("Shear stress at which the interlayer deforms plastically", None, ge=1e-9, le=1e9)
 
 
 class RollingTable(Table):
     """Rolling motion."""
 
-    speed_m_s: float = quantity("m/s", "Rolling speed, mean of both bodies", ge=1e-12, le=1e9)
+    speed_m_s: float = quantity("Rolling speed, mean of both bodies", ge=1e-12, le=1e9)
     differential_slip: bool = Field(default=True,
                                     description="Rolling radii vary across the contact as the surfaces curve (Heathcote slip)")
 
@@ -238,9 +202,9 @@ class RollingTable(Table):
 class CreepageTable(Table):
     """Relative motion of the bodies over the rolling speed; a creepage left out is 0 (or follows from a force)."""
 
-    longitudinal: float | None = quantity("1", "Longitudinal creepage", None, ge=-1e6, le=1e6)
-    lateral: float | None = quantity("1", "Lateral creepage", None, ge=-1e6, le=1e6)
-    spin_rad_mm: float = quantity("rad/mm", "Spin", 0.0, ge=-1e9, le=1e9)
+    longitudinal: float | None = quantity("Longitudinal creepage", None, ge=-1e6, le=1e6)
+    lateral: float | None = quantity("Lateral creepage", None, ge=-1e6, le=1e6)
+    spin_rad_mm: float = quantity("Spin", 0.0, ge=-1e9, le=1e9)
     at: Literal["origin", "contact"] = Field(
         default="origin", description="Where they are those of the bodies: at y = 0, or at the centre of pressure"
     )
@@ -249,21 +213,19 @@ class CreepageTable(Table):
 class ForceTable(Table):
     """Tangential forces; each replaces the creepage of its direction, which is then solved for."""
 
-    longitudinal_N: float | None = quantity("N", "Longitudinal force", None, ge=-1e15, le=1e15)
-    lateral_N: float | None = quantity("N", "Lateral force", None, ge=-1e15, le=1e15)
+    longitudinal_N: float | None = quantity("Longitudinal force", None, ge=-1e15, le=1e15)
+    lateral_N: float | None = quantity("Lateral force", None, ge=-1e15, le=1e15)
 
 
 class RecirculationTable(Table):
     """A body that turns and whose heat recirculates, cooled on rim and ends or through a thermal resistance."""
 
     recirculate: bool = Field(default=False, description="The heated track of this body meets the contact again each turn")
-    convection_W_m2K: float | None = quantity("W/(m2 K)", "Convection on rim and ends", None, ge=1e-9, le=1e12)
+    convection_W_m2K: float | None = quantity("Convection on rim and ends", None, ge=1e-9, le=1e12)
     thermal_resistance_K_W: float | None = quantity(
-        "K/W", "Mean temperature of the body's surface per heat of all its contacts", None, ge=1e-12, le=1e12
-    )
-    width_mm: float | None = quantity("mm", "Width of the body; twice its radius along rolling if left out", None,
-                                      ge=1e-9, le=1e9)  # fmt: skip
-    passes_per_revolution: int = quantity("1", "Contacts that each turn meets, alike", 1, ge=1, le=1000)
+        "Mean temperature of the body's surface per heat of all its contacts", None, ge=1e-12, le=1e12)
+    width_mm: float | None = quantity("Width of the body; twice its radius along rolling if left out", None, ge=1e-9, le=1e9)
+    passes_per_revolution: int = quantity("Contacts that each turn meets, alike", 1, ge=1, le=1000)
 
 
 class ThermalTable(Table):
@@ -285,8 +247,8 @@ class ThermalTable(Table):
         default=0.5,
         description='Share of the heat that enters the lower body; "matched": surfaces equally warm inside the contact',
     )
-    bulk_temperature_lower_K: float = quantity("K", f"Lower body {_BULK}", 0.0, ge=-1e4, le=1e4)
-    bulk_temperature_upper_K: float = quantity("K", f"Upper body {_BULK}", 0.0, ge=-1e4, le=1e4)
+    bulk_temperature_lower_K: float = quantity(f"Lower body {_BULK}", 0.0, ge=-1e4, le=1e4)
+    bulk_temperature_upper_K: float = quantity(f"Upper body {_BULK}", 0.0, ge=-1e4, le=1e4)
     lower: RecirculationTable | None = Field(default=None, description="How the lower body turns and cools")
     upper: RecirculationTable | None = Field(default=None, description="How the upper body turns and cools")
 
@@ -299,8 +261,8 @@ class NumericsTable(Table):
         WithJsonSchema({**_SIDE, "type": ["integer", "array"], "items": _SIDE, "minItems": 2, "maxItems": 2}),
         Allowed(f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"),
     ] | None = Field(default=None, description="Elements per side of the domain, or [nx, ny]")  # fmt: skip
-    accuracy: float | None = quantity("1", "Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
-    extent: float = quantity("1", "Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
+    accuracy: float | None = quantity("Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
+    extent: float = quantity("Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
 
 
 class SubsurfaceTable(Table):
@@ -309,8 +271,7 @@ class SubsurfaceTable(Table):
     bodies: Annotated[
         list[Literal["lower", "upper"]], Allowed('["lower"], ["upper"] or ["lower", "upper"]')
     ] = Field(default=["lower", "upper"], description="Bodies to look into", min_length=1, max_length=2)  # fmt: skip
-    depth_mm: float | None = quantity("mm", "Largest depth; default 2.2 of the smaller semi-axis", None, ge=1e-9,
-                                      le=1e9)
+    depth_mm: float | None = quantity("Largest depth; default 2.2 of the smaller semi-axis", None, ge=1e-9, le=1e9)
     layers: int | None = Field(
         default=None, ge=6, le=400,
         description="Number of depths, the surface included; by default each is 1.157 times as deep as the one before",
@@ -325,9 +286,9 @@ class SubsurfaceTable(Table):
 class BodyStrengthTable(Table):
     """Strength of one body: its shakedown and fatigue are computed below the surface."""
 
-    shear_yield_MPa: float | None = quantity("MPa", "Shear yield stress k; without it the yield stress needed is reported",
+    shear_yield_MPa: float | None = quantity("Shear yield stress k; without it the yield stress needed is reported",
                                              None, ge=1e-12, le=1e9)  # fmt: skip
-    dang_van_coefficient: float = quantity("1", "Weight of the hydrostatic stress in Dang Van's criterion", 0.3, ge=0, le=1)
+    dang_van_coefficient: float = quantity("Weight of the hydrostatic stress in Dang Van's criterion", 0.3, ge=0, le=1)
 
 
 class StrengthTable(Table):
@@ -347,10 +308,9 @@ class WornBodyTable(Table):
     specific_wear_rate_mm3_Nm: Annotated[
         WearRate | Annotated[list[Pair], Field(min_length=1, max_length=LARGEST_PROFILE)],
         Allowed("1e-18 to 1e+06, or pairs [T_gamma/A, rate] of numbers, T_gamma/A in N/mm2 increasing from above 0"),
-    ] = quantity("mm3/(N m)", "Worn volume per load and sliding distance; a table of regimes gives it at some T_gamma/A")
+    ] = quantity("Worn volume per load and sliding distance; a table of regimes gives it at some T_gamma/A")
     track_length_m: float | None = quantity(
-        "m", "Distance rolled between two passages of a point; default the circumference of the body", None, ge=1e-9, le=1e9
-    )
+        "Distance rolled between two passages of a point; default the circumference of the body", None, ge=1e-9, le=1e9)
 
 
 class WearTable(Table):
@@ -358,8 +318,8 @@ class WearTable(Table):
 
     lower: WornBodyTable | None = None
     upper: WornBodyTable | None = None
-    distance_km: float | None = quantity("km", "Distance to be rolled", None, ge=1e-12, le=1e12)
-    depth_um: float | None = quantity("um", "Depth at which the evolution ends", None, ge=1e-9, le=1e9)
+    distance_km: float | None = quantity("Distance to be rolled", None, ge=1e-12, le=1e12)
+    depth_um: float | None = quantity("Depth at which the evolution ends", None, ge=1e-9, le=1e9)
     positions: Annotated[
         list[Annotated[list[Weight | dict[str, float | int | bool | str]], Field(min_length=2, max_length=2)]] | None,
         Allowed("pairs [weight, {KEY = value, …}] of a weight above 0 and keys of the case"),
@@ -367,12 +327,12 @@ class WearTable(Table):
               min_length=1, max_length=1000)  # fmt: skip
     positions_file: Annotated[str | None, Allowed("the name of a CSV file with the columns weight and KEY")] = Field(
         default=None, description="CSV file of positions: columns weight and keys", max_length=1000)
-    step_um: float = quantity("um", "Largest worn depth of a step, of wheelsets", 20.0, ge=1e-6, le=1e6)
-    smoothing_mm: float = quantity("mm", "Wavelength across of which smoothing leaves half of a step's wear, of wheelsets; "
+    step_um: float = quantity("Largest worn depth of a step, of wheelsets", 20.0, ge=1e-6, le=1e6)
+    smoothing_mm: float = quantity("Wavelength across of which smoothing leaves half of a step's wear, of wheelsets; "
                                    "0: none", 5.0, ge=0, le=1e3)  # fmt: skip
-    density_kg_m3: float = quantity("kg/m3", "Density, for the worn mass of wheelsets", 7850.0, ge=1, le=1e5)
-    step_fraction: float = quantity("1", "Largest worn depth of a step over the approach", 0.1, ge=1e-4, le=1)
-    snapshots: int = quantity("1", "Profiles that are kept, evenly over the distance or the depth", 20, ge=1, le=1000)
+    density_kg_m3: float = quantity("Density, for the worn mass of wheelsets", 7850.0, ge=1, le=1e5)
+    step_fraction: float = quantity("Largest worn depth of a step over the approach", 0.1, ge=1e-4, le=1)
+    snapshots: int = quantity("Profiles that are kept, evenly over the distance or the depth", 20, ge=1, le=1000)
 
 
 class OutputTable(Table):

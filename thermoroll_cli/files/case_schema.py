@@ -10,6 +10,7 @@ from typing import Any
 
 from thermoroll_cli.files.case_errors import KeyPath
 from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
+from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES
 
 Entry = dict[str, Any]
@@ -17,7 +18,7 @@ Entry = dict[str, Any]
 
 
 def case_schema() -> Entry:
-    """JSON schema (draft 2020-12) of a case file. Units stand in the keyword `unit` of each number.
+    """JSON schema (draft 2020-12) of a case file. Units stand in the keyword `unit` of each key that has one.
 
     It knows every key, type and range and which keys exclude each other; convexity and the friction limit need the
     program (`thermoroll validate`). Written so that an error is about one key: alternatives by `anyOf` would only say that
@@ -71,7 +72,7 @@ def allowed_values(path: KeyPath) -> str:
     choices = ["true", "false"] if entry.get("type") == "boolean" or True in entry.get("enum", ()) else []
     if "minimum" in entry:
         number = "a whole number" if entry["type"] == "integer" else "a number"
-        unit = f", in {entry['unit']}" if entry.get("unit", "1") != "1" else ""
+        unit = f", in {entry['unit']}" if "unit" in entry else ""
         choices.append(f"{number} from {_short(entry['minimum'])} to {_short(entry['maximum'])}{unit}")
     choices += [f'"{word}"' for word in known_words(entry)]
     if "minimum" in entry and len(choices) == 2:
@@ -141,8 +142,11 @@ def _not_with(other: str) -> Entry:
 
 
 def _tidied(node: Entry) -> Entry:
-    """`node` as a person would write it: without titles that repeat the key, without defaults of whole tables, and
-    without the null that stands for "left out" (TOML has none, a key is there or not)."""
+    """`node` as a person would write it: with the units of its keys, without titles that repeat the key, without defaults of
+    whole tables, and without the null that stands for "left out" (TOML has none, a key is there or not)."""
+    for key, entry in node.get("properties", {}).items():
+        if unit := unit_of(key):
+            entry["unit"] = unit
     if isinstance(node.get("title"), str):
         del node["title"]
     if isinstance(node.get("default"), dict | None):

@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+from thermoroll_cli.problem.names import unit_of
 
 LARGEST_PROFILE = 2000
 """Points of a profile."""
 
 SI = {
-    "1": ("", 1.0),
     "GPa": ("Pa", 1e9),
-    "1e-6/K": ("1/K", 1e-6),
-    "mm2/s": ("m²/s", 1e-6),
-    "mm": ("m", 1e-3),
-    "um": ("m", 1e-6),
     "MPa": ("Pa", 1e6),
-    "mm3/(N m)": ("1/Pa", 1e-9),
+    "µm/(m K)": ("1/K", 1e-6),
+    "mm²/s": ("m²/s", 1e-6),
     "km": ("m", 1e3),
-    "kg/m3": ("kg/m³", 1.0),
-    "um/GPa": ("m/Pa", 1e-15),
+    "mm": ("m", 1e-3),
+    "µm": ("m", 1e-6),
+    "mm³/(N m)": ("1/Pa", 1e-9),
+    "µm/GPa": ("m/Pa", 1e-15),
     "mm/s": ("m/s", 1e-3),
     "mrad": ("rad", 1e-3),
     "mrad/s": ("rad/s", 1e-3),
@@ -48,10 +50,31 @@ class Allowed:
         return {**handler(core_schema), "allowed": self.words}
 
 
-def quantity(unit: str, description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None) -> Any:
-    """A number with its unit, allowed from `ge` to `le`; the default None means that the key may be left out."""
+def quantity(description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None) -> Any:
+    """A number, allowed from `ge` to `le`, in the unit at the end of its key; the default None means that the key may be left
+    out."""
     # Every number has limits, far outside any use: arithmetic overflows with numbers like 1e-300.
-    return Field(default=default, description=description, json_schema_extra={"unit": unit}, ge=ge, le=le)
+    return Field(default=default, description=description, ge=ge, le=le)
+
+
+def pairs(allowed: str, description: str, *, least: int = 1, most: int = LARGEST_PROFILE) -> Any:
+    """A list of `least` to `most` pairs of numbers that may be left out; `allowed` says of what, in words."""
+    return Field(default=None, description=description, min_length=least, max_length=most,
+                 json_schema_extra={"allowed": f"{least} to {most} pairs {allowed}"})
+
+
+def signed_length(low: float, high: float, *, zero: str = "is outside the allowed range") -> BeforeValidator:
+    """Allows lengths of either sign from `low` to `high` in magnitude, and inf; `zero` says why not 0."""
+    def check(value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise PydanticCustomError("length", "must be a number")
+        if value == 0:
+            raise PydanticCustomError("length", zero)
+        if not (low <= abs(value) <= high or value == math.inf):  # nan and -inf, too
+            raise PydanticCustomError("length", "is outside the allowed range")
+        return float(value)
+
+    return BeforeValidator(check)
 
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
@@ -63,11 +86,10 @@ class Table(BaseModel):
     # A table's validator is built when a case first has that table.
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
 
-    @classmethod
-    def si_unit(cls, key: str) -> tuple[str, float]:
+    @staticmethod
+    def si_unit(key: str) -> tuple[str, float]:
         """The SI unit of `key`, empty if it has none, and the factor to it from the key's own unit."""
-        extra = cls.model_fields[key].json_schema_extra
-        unit = str(extra["unit"]) if isinstance(extra, dict) else "1"
+        unit = unit_of(key)
         return SI.get(unit, (unit, 1.0))
 
     def si(self, key: str) -> Any:

@@ -8,32 +8,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic import AllowInfNan, Field, WithJsonSchema
 
-from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, quantity
+from thermoroll_cli.files.case_table import Allowed, Pair, Table, pairs, quantity, signed_length
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.wheelset.curves import Points, smoothed
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 
-CURVES = (1.0, 1e9)
-"""Smallest and largest radius of a curve in m."""
-
-
-def _curve(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PydanticCustomError("radius", "must be a number")
-    if not (CURVES[0] <= abs(value) <= CURVES[1] or value == math.inf):
-        raise PydanticCustomError("radius", "is outside the allowed range")
-    return float(value)
-
-
 CurveRadius = Annotated[
-    float, AllowInfNan(True), BeforeValidator(_curve),
+    float, AllowInfNan(True), signed_length(1.0, 1e9),
     WithJsonSchema({"type": ["number", "null"]}),
     Allowed("a number of either sign (positive to the right), 1 to 1e9 in magnitude, or inf (straight), in m"),
 ]  # fmt: skip
@@ -42,17 +29,14 @@ CurveRadius = Annotated[
 class OutlineTable(Table):
     """Outline of a rail or a wheel: points, or a file of them."""
 
-    points_mm: Annotated[list[Pair] | None, Allowed(f"2 to {LARGEST_PROFILE} pairs [y, z] of numbers in mm")] = Field(
-        default=None, description="[y, z] in mm in order along the surface, y to the field side, z down",
-        min_length=2, max_length=LARGEST_PROFILE, json_schema_extra={"unit": "mm"},
-    )
+    points_mm: list[Pair] | None = pairs("[y, z] of numbers in mm",
+                                         "[y, z] in mm in order along the surface, y to the field side, z down", least=2)
     file: Annotated[str | None, Allowed("the name of a .prr, .prw, .ban or .whl file, or of one with two columns")] = Field(
         default=None, description="Simpack's .prr or .prw, MiniProf's .ban or .whl, or two columns y and z in mm",
         max_length=1000,
     )
     mirror: bool = Field(default=False, description="Change the sign of y, of a profile of the other side")
-    smoothing_mm: float = quantity("mm", "Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0,
-                                   le=1e3)
+    smoothing_mm: float = quantity("Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0, le=1e3)
 
 
 Outline = Annotated[OutlineTable, Allowed("a table: points_mm or file")]
@@ -62,21 +46,19 @@ class TrackSideTable(Table):
     """One rail, where it differs from the other."""
 
     rail_profile: Outline | None = Field(default=None, description="Outline of this rail")
-    shift_y_mm: float = quantity("mm", "Shift of this rail to the field side", 0.0, ge=-1e3, le=1e3)
-    shift_z_mm: float = quantity("mm", "Shift of this rail downwards", 0.0, ge=-1e3, le=1e3)
-    roll_mrad: float = quantity("mrad", "Roll of this rail about y = z = 0 of its outline, top to the field side", 0.0, ge=-500,
-                               le=500)
+    shift_y_mm: float = quantity("Shift of this rail to the field side", 0.0, ge=-1e3, le=1e3)
+    shift_z_mm: float = quantity("Shift of this rail downwards", 0.0, ge=-1e3, le=1e3)
+    roll_mrad: float = quantity("Roll of this rail about y = z = 0 of its outline, top to the field side", 0.0, ge=-500, le=500)
 
 
 class TrackTable(Table):
     """Two rails."""
 
     rail_profile: Outline | None = Field(default=None, description="Outline of both rails")
-    gauge_mm: float = quantity("mm", "Distance between the rails", 1435.0, ge=100, le=1e4)
-    gauge_height_mm: float = quantity("mm", "Depth below the top of the rails at which the gauge is measured", 14.0, ge=0,
-                                      le=100)
-    cant: float = quantity("1", "Inclination of the rails inwards, 0.025 for 1:40", 0.0, ge=-0.5, le=0.5)
-    curve_radius_m: CurveRadius | None = quantity("m", "Radius of the curve, positive to the right; straight if left out", None)
+    gauge_mm: float = quantity("Distance between the rails", 1435.0, ge=100, le=1e4)
+    gauge_height_mm: float = quantity("Depth below the top of the rails at which the gauge is measured", 14.0, ge=0, le=100)
+    cant: float = quantity("Inclination of the rails inwards, 0.025 for 1:40", 0.0, ge=-0.5, le=0.5)
+    curve_radius_m: CurveRadius | None = quantity("Radius of the curve, positive to the right; straight if left out", None)
     left: TrackSideTable | None = Field(default=None, description="The left rail, where it differs")
     right: TrackSideTable | None = Field(default=None, description="The right rail, where it differs")
 
@@ -85,38 +67,35 @@ class WheelTable(Table):
     """One wheel, where it differs from the other."""
 
     wheel_profile: Outline | None = Field(default=None, description="Outline of this wheel")
-    nominal_radius_mm: float | None = quantity("mm", "Radius of this wheel at z = 0 of its outline", None, ge=1, le=1e5)
+    nominal_radius_mm: float | None = quantity("Radius of this wheel at z = 0 of its outline", None, ge=1, le=1e5)
 
 
 class WheelsetTable(Table):
     """A wheelset: its profiles, position, load and motion. Roll, height and angular velocity are solved for if left out."""
 
     wheel_profile: Outline | None = Field(default=None, description="Outline of both wheels")
-    nominal_radius_mm: float = quantity("mm", "Radius of the wheels at z = 0 of their outlines", ge=1, le=1e5)
-    flange_back_distance_mm: float = quantity("mm", "Distance between the backs of the flanges", 1360.0, ge=100, le=1e4)
-    flange_back_mm: float = quantity("mm", "y of the flange back in the outline", -70.0, ge=-1e3, le=1e3)
+    nominal_radius_mm: float = quantity("Radius of the wheels at z = 0 of their outlines", ge=1, le=1e5)
+    flange_back_distance_mm: float = quantity("Distance between the backs of the flanges", 1360.0, ge=100, le=1e4)
+    flange_back_mm: float = quantity("y of the flange back in the outline", -70.0, ge=-1e3, le=1e3)
     wheels: Literal["both", "left", "right"] = Field(default="both", description="Wheels that are solved")
-    lateral_shift_mm: float = quantity("mm", "Shift of the wheelset to the right", 0.0, ge=-1e3, le=1e3)
-    yaw_mrad: float = quantity("mrad", "Yaw, right wheel backwards", 0.0, ge=-500, le=500)
-    roll_mrad: float | None = quantity("mrad", "Roll, right wheel down; of both wheels found if left out", None, ge=-500,
-                                       le=500)
-    vertical_N: float | None = quantity("N", "Vertical load of the wheelset, or of the wheel if there is one", None, ge=1e-6,
-                                        le=1e9)
-    height_mm: float | None = quantity("mm", "Height of the axle below its nominal one, down; instead of the load", None,
+    lateral_shift_mm: float = quantity("Shift of the wheelset to the right", 0.0, ge=-1e3, le=1e3)
+    yaw_mrad: float = quantity("Yaw, right wheel backwards", 0.0, ge=-500, le=500)
+    roll_mrad: float | None = quantity("Roll, right wheel down; of both wheels found if left out", None, ge=-500, le=500)
+    vertical_N: float | None = quantity("Vertical load of the wheelset, or of the wheel if there is one", None, ge=1e-6, le=1e9)
+    height_mm: float | None = quantity("Height of the axle below its nominal one, down; instead of the load", None,
                                        ge=-1e3, le=1e3)
-    angular_velocity_rad_s: float | None = quantity("rad/s", "Angular velocity, forward; found if left out", None, ge=-1e6,
-                                                    le=1e6)
-    traction_N: float | None = quantity("N", "Force of the rails on the wheelset, forward; left out: no torque about the axle",
+    angular_velocity_rad_s: float | None = quantity("Angular velocity, forward; found if left out", None, ge=-1e6, le=1e6)
+    traction_N: float | None = quantity("Force of the rails on the wheelset, forward; left out: no torque about the axle",
                                         None, ge=-1e9, le=1e9)  # fmt: skip
-    lateral_velocity_mm_s: float = quantity("mm/s", "Velocity of the wheelset to the right", 0.0, ge=-1e6, le=1e6)
-    vertical_velocity_mm_s: float = quantity("mm/s", "Velocity of the wheelset down", 0.0, ge=-1e6, le=1e6)
-    roll_rate_mrad_s: float = quantity("mrad/s", "Rate of the roll", 0.0, ge=-1e6, le=1e6)
-    yaw_rate_mrad_s: float = quantity("mrad/s", "Rate of the yaw", 0.0, ge=-1e6, le=1e6)
+    lateral_velocity_mm_s: float = quantity("Velocity of the wheelset to the right", 0.0, ge=-1e6, le=1e6)
+    vertical_velocity_mm_s: float = quantity("Velocity of the wheelset down", 0.0, ge=-1e6, le=1e6)
+    roll_rate_mrad_s: float = quantity("Rate of the roll", 0.0, ge=-1e6, le=1e6)
+    yaw_rate_mrad_s: float = quantity("Rate of the yaw", 0.0, ge=-1e6, le=1e6)
     patches: Literal["curved", "planar"] = Field(
         default="curved",
         description="Patches follow the surface; or each lies in its own plane and is alone, as in other programs",
     )
-    contact_distance_mm: float = quantity("mm", "Distance between the contacts of both wheels, for the conicity", 1500.0,
+    contact_distance_mm: float = quantity("Distance between the contacts of both wheels, for the conicity", 1500.0,
                                           ge=100, le=1e4)  # fmt: skip
     left: WheelTable | None = Field(default=None, description="The left wheel, where it differs")
     right: WheelTable | None = Field(default=None, description="The right wheel, where it differs")

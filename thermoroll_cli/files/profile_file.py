@@ -21,11 +21,10 @@ import numpy as np
 
 from thermoroll_cli.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_table import LARGEST_PROFILE
+from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, text_of
 
 COLUMNS = "two columns"
 """Format of files that spreadsheets write."""
-FILE_LIMIT = 1 << 20
-"""Bytes a profile may have."""
 LENGTHS = (5.0, 500.0)
 """Shortest and longest outline of a wheel or a rail in mm."""
 
@@ -33,14 +32,6 @@ Points = list[list[float]]
 
 _QUOTED = re.compile(r"\"([^\"]*)\"|'([^']*)'|([^;,\t \"']+)")
 _COMMENT = re.compile(r"[!#%].*")
-
-
-class ProfileError(ValueError):
-    """A fault of a profile file, with its place in it, and a `hint`."""
-
-    def __init__(self, message: str, hint: str = "") -> None:
-        super().__init__(message)
-        self.hint = hint
 
 
 @dataclass(frozen=True)
@@ -109,7 +100,7 @@ def reading_words(record: dict[str, Any]) -> str:
 
 
 def read_profile(path: str | os.PathLike[str]) -> Reading:
-    """The profile in the file at `path`; its name's ending says which format it has. Raises ProfileError."""
+    """The profile in the file at `path`; its name's ending says which format it has. Raises TableError."""
     reading = _read(path)
     points = reading.points
     if reading.format != COLUMNS:
@@ -120,7 +111,7 @@ def read_profile(path: str | os.PathLike[str]) -> Reading:
 
 
 def read_outline(path: str | os.PathLike[str]) -> Reading:
-    """The outline in the file at `path`, in the frame of railway profiles. Raises ProfileError."""
+    """The outline in the file at `path`, in the frame of railway profiles. Raises TableError."""
     reading = _read(path, ordered=False)
     _enough(reading.points, reading.file)
     return reading
@@ -130,7 +121,7 @@ def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
     """All points of a file, two columns `ordered` by y."""
     name = os.path.basename(os.fspath(path))
     ending = os.path.splitext(name)[1].lower()
-    lines = lines_of(path, name)
+    lines = _lines(path, name)
     if ending in _READERS:
         reading = replace(_READERS[ending](lines, name), wheel=ending in _WHEELS)
     else:
@@ -166,10 +157,10 @@ def flange_side(points: Sequence[Sequence[float]]) -> int:
 
 def _enough(points: Points, name: str) -> Points:
     if len(points) < 2:
-        raise ProfileError(f"{name}: a profile has two points at least, here are {len(points)}",
+        raise TableError(f"{name}: a profile has two points at least, here are {len(points)}",
                            "give a text file with two columns, y and height in mm, or a .prr, .prw, .ban or .whl file")
     if len(points) > LARGEST_PROFILE:
-        raise ProfileError(f"{name}: {len(points)} points are too many, at most {LARGEST_PROFILE}", "leave some of them out")
+        raise TableError(f"{name}: {len(points)} points are too many, at most {LARGEST_PROFILE}", "leave some of them out")
     return points
 
 
@@ -208,18 +199,18 @@ def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
         if not points and values[0] is None and (entries[0] or not any(value is not None for value in values)):
             continue  # a header
         if points and blank:
-            raise ProfileError(f"{name}, line {blank}: a blank row between points", "fill it in or delete it")
+            raise TableError(f"{name}, line {blank}: a blank row between points", "fill it in or delete it")
         blank = 0
         if len(entries) == 1 or "" in entries:
-            raise ProfileError(f"{name}, line {number}: one number instead of two: {_short(text)}",
+            raise TableError(f"{name}, line {number}: one number instead of two: {_short(text)}",
                                "a row has y and height: fill it in or delete it")
         if len(entries) != 2:
             commas = len(entries) == 4 and ";" not in text
             hint = "where numbers have a comma, separate the columns by semicolons" if commas else "keep y and height only"
-            raise ProfileError(f"{name}, line {number}: {len(entries)} columns instead of two: {_short(text)}", hint)
+            raise TableError(f"{name}, line {number}: {len(entries)} columns instead of two: {_short(text)}", hint)
         y, height = values
         if y is None or height is None:
-            raise ProfileError(f"{name}, line {number}: not a number: {_short(entries[values.index(None)])}",
+            raise TableError(f"{name}, line {number}: not a number: {_short(entries[values.index(None)])}",
                                "a number has a point or a comma before its decimals, and nothing between thousands")
         points[number] = [y, height]
     return points
@@ -233,7 +224,7 @@ def _in_increasing_order(points: dict[int, list[float]], name: str) -> Points:
         ordered.reverse()
     for k, number in enumerate(places):
         if fault := point_fault(ordered, k):
-            raise ProfileError(f"{name}, line {number}: {fault}")
+            raise TableError(f"{name}, line {number}: {fault}")
     return ordered
 
 
@@ -274,7 +265,7 @@ def _simpack(lines: list[str], name: str) -> Reading:
         elif equals and (scalar := _number(value)) is not None:
             keys[key] = scalar
     if keys.get("rotate"):
-        raise ProfileError(f"{name}: a rotated profile (rotate = {keys['rotate']:g}) is not supported",
+        raise TableError(f"{name}: a rotated profile (rotate = {keys['rotate']:g}) is not supported",
                            "rotate = 0, and tilt_mrad in the case")
     low, high = keys.get("bound.y.min", 0.0), keys.get("bound.y.max", 0.0)
     side = -1.0 if keys.get("mirror.y") else 1.0
@@ -297,7 +288,7 @@ def _miniprof(lines: list[str], name: str) -> Reading:
         elif line.strip() and _number(re.split(r"[;,\s]+", line.strip())[0]) is not None:
             columns = keys.get("columndef", "X,Y").upper().split(",")
             if "X" not in columns or "Y" not in columns:
-                raise ProfileError(f"{name}: ColumnDef={keys['columndef']} names no X and Y")
+                raise TableError(f"{name}: ColumnDef={keys['columndef']} names no X and Y")
             points.append(_pair(line, columns.index("X"), columns.index("Y"), name, number))
     if not points:
         return Reading(points, "MiniProf")
@@ -317,7 +308,7 @@ _WHEELS = (".prw", ".whl")
 def _pair(text: str, first: int, second: int, name: str, number: int) -> list[float]:
     values = [_number(entry) for entry in re.split(r"[;,\s]+", text.strip()) if entry]
     if len(values) <= max(first, second) or (y := values[first]) is None or (z := values[second]) is None:
-        raise ProfileError(f"{name}, line {number}: no point with two numbers: {_short(text.strip())}")
+        raise TableError(f"{name}, line {number}: no point with two numbers: {_short(text.strip())}")
     return [y, z]
 
 
@@ -333,25 +324,13 @@ def _in_order(points: Points) -> Points:
     return rising if rising[-1][0] > rising[0][0] else []
 
 
-def lines_of(path: str | os.PathLike[str], name: str, kind: str = "a profile") -> list[str]:
-    """The lines of a text file called `name`, which should be of this `kind`. Raises ProfileError."""
+def _lines(path: str | os.PathLike[str], name: str) -> list[str]:
+    """The lines of a text file called `name`. Raises TableError."""
     try:
-        raw = read_bytes(path, FILE_LIMIT, kind)
+        raw = read_bytes(path, FILE_LIMIT, "a profile")
     except ReadError as cause:
-        raise ProfileError(f"{os.fspath(path)}: {cause}") from None
-    if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
-        raise ProfileError(f"{name} is a workbook, not text", "save its sheet as CSV")
-    return _text(raw).splitlines()
-
-
-def _text(raw: bytes) -> str:
-    """Text as Excel saves it: UTF-8 or UTF-16 with a mark in front, or Windows' own encoding."""
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16", "replace")
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("cp1252", "replace")
+        raise TableError(f"{os.fspath(path)}: {cause}") from None
+    return text_of(raw, name).splitlines()
 
 
 def _short(text: str) -> str:

@@ -12,7 +12,6 @@ effect.
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from thermoroll_cli.files.profile_file import ProfileError, lines_of
+from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, read_columns
 from thermoroll_cli.problem.relaxation import Series
 
 PER_DECADE = 2
@@ -66,9 +65,9 @@ def series_words(record: dict[str, Any]) -> str:
 
 
 def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
-    """The series that fits the file at `path`. Raises ProfileError."""
+    """The series that fits the file at `path`. Raises TableError, OSError."""
     name = os.path.basename(os.fspath(path))
-    frequency, storage, loss = _columns([line for line in lines_of(path, name, "measured moduli") if line.strip()], name)
+    frequency, storage, loss = _columns(path, name)
     omega = 2.0 * math.pi * frequency
     ends = -math.log10(omega.max()) - 0.5, -math.log10(omega.min()) + 0.5
     count = max(2, round((ends[1] - ends[0]) * PER_DECADE) + 1)
@@ -81,38 +80,36 @@ def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
     modulus = float(moduli.sum())
     shares = moduli[1:] / modulus
     if moduli[0] < LEAST_SHARE * modulus:
-        raise ProfileError(f"{name}: at {frequency.min():g} Hz the body still relaxes, and no modulus is seen to remain",
+        raise TableError(f"{name}: at {frequency.min():g} Hz the body still relaxes, and no modulus is seen to remain",
                            "measure lower frequencies, or give relaxation = [[share, time], …]")
     series = tuple((float(share), float(time)) for share, time in zip(shares, np.logspace(*ends, count), strict=True)
                    if share > LEAST_SHARE)
     if not series:
-        raise ProfileError(f"{name}: nothing relaxes between {frequency.min():g} and {frequency.max():g} Hz",
+        raise TableError(f"{name}: nothing relaxes between {frequency.min():g} and {frequency.max():g} Hz",
                            "leave relaxation_file out")
     return MeasuredSeries(series, name, omega.size, float(frequency.min()), float(frequency.max()), modulus,
                           float(moduli[0] / modulus), float(misfit) / math.sqrt(omega.size))
 
 
-def _columns(lines: list[str], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _columns(path: str | os.PathLike[str], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequencies in Hz, and storage and loss moduli in Pa."""
-    separator = next((mark for mark in (";", "\t") if lines and mark in lines[0]), ",")
-    rows = list(csv.reader(lines, delimiter=separator))
-    header = [cell.strip() for cell in rows[0]] if rows else []
+    header, rows = read_columns(path, "a table of measured moduli", largest=FILE_LIMIT)
     found = []
     for wanted, units in (("frequency", {"Hz": 1.0}), ("storage", UNITS), ("loss", UNITS)):
-        named = {f"{wanted}_{unit}": factor for unit, factor in units.items()}
-        place = next(((header.index(column), factor) for column, factor in named.items() if column in header), None)
-        if place is None:
-            raise ProfileError(f"{name} has no column {wanted}_{next(iter(units))}",
-                               f"its first row names the columns; found: {', '.join(header)[:200] or 'nothing'}")
+        factor, column = next(((factor, column) for unit, factor in units.items()
+                               if (column := f"{wanted}_{unit}") in header), (0.0, ""))
+        if not column:
+            raise TableError(f"{name} has no column {wanted}_{next(iter(units))}",
+                             f"its first row names the columns; found: {', '.join(header)[:200]}")
         values = []
-        for number, row in enumerate(rows[1:], 2):
+        for number, cells in rows:
             try:
-                values.append(float(row[place[0]].replace(",", ".") if separator != "," else row[place[0]]) * place[1])
-            except (ValueError, IndexError):
-                raise ProfileError(f"{name}, row {number}: {wanted} is no number") from None
+                values.append(float(cells[header.index(column)]) * factor)
+            except ValueError:
+                raise TableError(f"{name}, line {number}: {wanted} is no number") from None
             if not (math.isfinite(values[-1]) and values[-1] > 0.0):
-                raise ProfileError(f"{name}, row {number}: {wanted} must be positive and finite, got {values[-1]:g}")
+                raise TableError(f"{name}, line {number}: {wanted} must be positive and finite, got {values[-1]:g}")
         found.append(np.array(values))
     if found[0].size < FEWEST:
-        raise ProfileError(f"{name} has {found[0].size} frequencies", f"at least {FEWEST}")
+        raise TableError(f"{name} has {found[0].size} frequencies", f"at least {FEWEST}")
     return found[0], found[1], found[2]

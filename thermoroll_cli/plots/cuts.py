@@ -35,8 +35,8 @@ OF_UPPER_BODY = {style.BEFORE: "#56b4e9", style.AFTER: "#e69f00"}
 LIMIT = "friction limit μp"
 ROOM = 1.06
 """Height of a diagram over the largest value."""
-DIAGRAM, GAP, AXIS, HEADLINE, LABELS, RIGHT = (size * style.MM for size in (45.0, 4.0, 10.0, 6.5, 16.0, 4.0))
-"""Height of a diagram, room between diagrams, for an axis, the title, labels at the left, at the right end."""
+DIAGRAM = 48.0 * style.MM
+"""Height of a diagram."""
 
 
 @dataclass(frozen=True)
@@ -57,22 +57,15 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
     diagrams = [(quantity, curves) for quantity, curves in candidates if curves]
     if not diagrams:
         return None
-    columns = min(2, len(diagrams))
+    columns = 2 if len(diagrams) % 2 == 0 else 1  # three, of a cold contact, fill one column of a page
     rows = -(-len(diagrams) // columns)
-    side = (style.DOUBLE - RIGHT) / 2 - LABELS
-    width = style.DOUBLE if columns == 2 else style.SINGLE
     handles = line_handles(curve for _, curves in diagrams for curve in curves)
-    foot = AXIS + style.legend_height(handles, width)
-    figure = Figure(figsize=(width, rows * DIAGRAM + (rows - 1) * GAP + foot + HEADLINE))
-    for place, (quantity, curves) in enumerate(diagrams):
-        row, column = divmod(place, columns)
-        bottom = foot + (rows - 1 - row) * (DIAGRAM + GAP)
-        axes = style.add_axes(figure, LABELS + column * (side + LABELS), bottom, side, DIAGRAM)
+    figure = style.new_figure(style.DOUBLE if columns == 2 else style.SINGLE, rows * DIAGRAM + 20.0 * style.MM)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
+    for axes, (quantity, curves) in zip(grid.flat, diagrams, strict=True):
         draw_diagram(axes, frame, quantity, curves)
-        if place + columns < len(diagrams):
-            axes.tick_params(labelbottom=False)
-        else:
-            axes.set_xlabel(flow_label(frame))
+    for axes in grid[-1]:
+        axes.set_xlabel(flow_label(frame))
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, frame.cut_words)
     style.add_legend(figure, handles)
     return figure

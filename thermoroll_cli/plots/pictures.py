@@ -87,7 +87,7 @@ def draw(
     with applied():
         for kind in (kind for kind in kinds if kind in whole):
             written += _saved(whole[kind](result), stem, kind, formats, dpi)
-        for name, contact in [(f"_{patch.name}", patch) for patch in result.contacts] if result.assembly else [("", result)]:
+        for name, contact in result.by_suffix.items():
             frame = frame_of(contact, normalised, cut_y) if of_contacts else None
             for kind, draw_kind in of_contacts.items():
                 safe_point()

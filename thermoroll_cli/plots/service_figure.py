@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pathlib
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -25,53 +25,45 @@ CURVES = {"depth_max_": "largest depth (µm)", "worn_mass_wheel_": "mass off a w
 STYLES = {"left": "--", "right": "-"}
 
 
-class _Drawn(Protocol):
-    @property
-    def case(self) -> Any: ...
-    @property
-    def rows(self) -> Sequence[Mapping[str, Any]]: ...
-    @property
-    def outlines(self) -> Mapping[str, tuple[Points, Points]]: ...
-    @property
-    def converged(self) -> bool: ...
-
-
-def draw_service(path: pathlib.Path, done: _Drawn) -> pathlib.Path:
-    """Write the picture to `path`. Raises OSError."""
-    sides = [side for side in SIDES if f"wheel_{side}" in done.outlines]
-    thousands = done.rows[-1]["distance_km"] >= MANY
-    distance = [row["distance_km"] / (1000.0 if thousands else 1.0) for row in done.rows]
+def draw_service(
+    path: pathlib.Path, title: str, rows: Sequence[Mapping[str, Any]], outlines: Mapping[str, tuple[Points, Points]], *,
+    converged: bool,
+) -> pathlib.Path:
+    """Write the picture to `path`: new and worn `outlines` (m) by name, and columns of the `rows`, one per step. Raises
+    OSError."""
+    sides = [side for side in SIDES if f"wheel_{side}" in outlines]
+    thousands = rows[-1]["distance_km"] >= MANY
+    distance = [row["distance_km"] / (1000.0 if thousands else 1.0) for row in rows]
     with style.applied():
         figure = style.new_figure(style.DOUBLE, 1.25 * style.DOUBLE)
-        axes = figure.subplots(6, 2)
-        for body, column in (("wheel", 0), ("rail", 1)):
-            grid = axes[0, 0].get_gridspec()
-            for row in (0, 1):
-                axes[row, column].remove()
-            shown = figure.add_subplot(grid[0:2, column])
+        curves = np.reshape(list(CURVES), (-1, 2)).tolist()
+        axes = figure.subplot_mosaic([["wheel", "rail"], ["wheel", "rail"], *curves])
+        for body in ("wheel", "rail"):
+            shown = axes[body]
             for side in sides:
-                new, worn = done.outlines[f"{body}_{side}"]
+                new, worn = outlines[f"{body}_{side}"]
                 y, z, exaggerated = _exaggerated(new, worn)
                 shown.plot(y, z, color="0.5", linewidth=0.8)
                 colour = style.BEFORE if body == "rail" else style.AFTER
                 shown.plot(exaggerated[0], exaggerated[1], STYLES[side], color=colour)
             shown.set(xlabel="y to the field side (mm)", ylabel="z (mm)", title=f"{body}, depth ten times")
             shown.invert_yaxis()
-        for axis, (prefix, label) in zip(axes[2:].flat, CURVES.items(), strict=True):
-            for name in done.rows[0]:
-                values = np.array([row.get(name, np.nan) for row in done.rows])
+        for prefix, label in CURVES.items():
+            axis = axes[prefix]
+            for name in rows[0]:
+                values = np.array([row.get(name, np.nan) for row in rows])
                 if not name.startswith(prefix) or name.endswith(ERROR) or np.isnan(values).all():
                     continue
                 side = next((side for side in sides if side in name), "right")
                 colour = style.BEFORE if "rail" in name else style.AFTER
                 axis.plot(distance, values, STYLES[side], color=colour)
-                error = np.array([row.get(f"{name}{ERROR}", np.nan) for row in done.rows])
+                error = np.array([row.get(f"{name}{ERROR}", np.nan) for row in rows])
                 axis.fill_between(distance, values - error, values + error, color=colour, alpha=0.15, linewidth=0.0)
             axis.set_ylabel(label)
             axis.grid(visible=True)
-        for axis in axes[-1]:
-            axis.set_xlabel("distance (1000 km)" if thousands else "distance (km)")
-        style.add_headline(figure, done.case.settings.title, done.converged,
+        for prefix in curves[-1]:
+            axes[prefix].set_xlabel("distance (1000 km)" if thousands else "distance (km)")
+        style.add_headline(figure, title, converged,
                            note="left side dashed; bands: estimated errors" if len(sides) > 1 else "")
         return style.save(figure, path, None)
 

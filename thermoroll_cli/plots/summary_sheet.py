@@ -35,7 +35,7 @@ from thermoroll_cli.plots.run_frame import (
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS, Quantity, Scalar
 from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, scalar_text
 
-COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 270.0 * style.MM
+COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 284.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""
 LABELS, AXIS, TITLE, HEADLINE, BAR = (size * style.MM for size in (16.5, 11.0, 5.0, 6.0, 2.5))
 """Room for labels at the left, for an axis, words above a map and the title; width of a colour bar."""
@@ -47,9 +47,9 @@ FLAT = 0.4
 """Maps of less height over width take both columns."""
 LETTERS, ROW = 7.0, 2.95 * style.MM
 """Size of the letters of the table in points, and distance of its rows."""
-PLACES = tuple((TABLE + place * style.MM, side) for place, side in ((0, "left"), (70, "right"), (90, "right"), (91, "left")))
+PLACES = tuple((TABLE + place * style.MM, side) for place, side in ((0, "left"), (80, "right"), (100, "right"), (101, "left")))
 """Places of the words, of the values without deformation, the values and the errors."""
-LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 84, 5
+LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 96, 5
 """Letters of words of the table before their brief form is taken, letters and number of lines of a remark."""
 
 SLIP = Quantity("slip", ("slip_x", "slip_y"), "slip velocity", "|ṡ|", "", "viridis", "", from_zero=True)

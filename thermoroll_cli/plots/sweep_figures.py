@@ -337,14 +337,17 @@ def places(values: Sequence[Any]) -> tuple[Column, list[str]]:
 
 def failed_points(table: Table) -> NDArray[np.bool_]:
     """Points that did not converge: they have no scalars, or those of another state than the one asked for."""
-    rows = len(next(iter(table.values()), ()))
-    return np.array([status != "converged" for status in table.get("status", ["converged"] * rows)], dtype=bool)
+    return np.array([status != "converged" for status in _texts(table, "status", "converged")], dtype=bool)
 
 
 def unbounded_points(table: Table, names: Sequence[str]) -> NDArray[np.bool_]:
     """Points where any of the named columns has no limit: it grows with every refinement."""
-    rows = len(next(iter(table.values()), ()))
-    return np.array([not set(names).isdisjoint(str(cell).split()) for cell in table.get("unbounded", [""] * rows)], dtype=bool)
+    return np.array([not set(names).isdisjoint(str(cell).split()) for cell in _texts(table, "unbounded", "")], dtype=bool)
+
+
+def _texts(table: Table, name: str, otherwise: str) -> Sequence[Any]:
+    """A column of texts, of a table that may lack it."""
+    return table.get(name) or [otherwise] * len(next(iter(table.values()), ()))
 
 
 def merged(table: Numbers, names: Sequence[str]) -> Column | None:

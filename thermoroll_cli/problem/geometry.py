@@ -335,8 +335,8 @@ def facing(geometry: Geometry) -> tuple[float, float]:
     lower, upper = surfaces(geometry)
     low, high = max(lower.ends[0], upper.ends[0]), min(lower.ends[1], upper.ends[1])
     if not low < high:
-        raise Unsolvable("the profiles never face each other: "
-                         f"one ends at y = {1e3 * high:g} mm, the other begins at {1e3 * low:g} mm", "geometry.upper_profile")
+        raise Unsolvable(f"the profiles never face each other: one ends at y = {1e3 * high:g} mm, the other begins at "
+                         f"{1e3 * low:g} mm", "geometry.upper_profile", "profiles that touch")
     return low, high
 
 

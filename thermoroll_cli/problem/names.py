@@ -18,8 +18,8 @@ Scale = Literal["value", "share", "stick area", "force", "moment", "temperature"
 """Scales of the errors and differences of scalars: see `error_scale`."""
 
 Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "first order", "area", "relative area",
-               "stick", "peak", "peak flux", "peak pressure", "pressure", "diffused", "diffused mean", "worn",
-               "expansion"]  # fmt: skip
+               "stick", "peak", "peak flux", "peak pressure", "relative peak pressure", "pressure", "diffused", "diffused mean",
+               "worn", "expansion"]  # fmt: skip
 """Kinds of scalars whose errors arise alike (`error_estimates`). `SCALARS` says which scalar is of which kind."""
 
 Condition = bool | Callable[[Problem], bool]
@@ -118,10 +118,11 @@ class Quantity:
 
 UNITS = {
     "creepage_s": "", "_rad_s": "rad/s", "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm",
-    "_um_GPa": "µm/GPa", "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³", "_kg_m": "kg/m", "_kg": "kg",
-    "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)", "_W_mK": "W/(m K)", "_W_mm2": "W/mm²",
-    "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa", "_1_K": "1/K", "_K_W": "K/W",
-    "_Nmm": "N mm", "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_s": "s", "_m": "m",
+    "_mrad_s": "mrad/s", "_um_GPa": "µm/GPa", "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³",
+    "_kg_m": "kg/m", "_kg": "kg", "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)",
+    "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa",
+    "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm", "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W",
+    "_s": "s", "_m": "m",
 }  # fmt: skip
 """Ends of names of scalars and case keys, longer ones first, and the units they stand for."""
 
@@ -213,7 +214,7 @@ SCALARS = _named(
            diagram=r"contact area ratio $\gamma_\mathrm{c}$", without_hertz="contact area / cold area"),
     Scalar("gamma_st", "stick area / contact area", "share", listed=True, kind="stick", accurate=True, brief="stick/contact",
            diagram=r"stick area ratio $\gamma_\mathrm{st}$"),
-    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="peak pressure", accurate=True,
+    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="relative peak pressure", accurate=True,
            diagram=r"pressure ratio $\gamma_\mathrm{p}$", brief="p_max/p0", without_hertz="maximum pressure / cold one"),
     *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, kind="diffused",
               accurate=True, diagram=r"max. rise $\Delta T$ (K)"),
@@ -261,7 +262,8 @@ SCALARS = _named(
     Scalar("creepage_spin_rad_mm", "spin", "spin", given=True),
     Scalar("normal_N", "normal load", listed=lambda problem: problem.approach is not None, kind="pressure",
            given=lambda problem: problem.approach is None),
-    Scalar("pressure_max_MPa", "maximum pressure", listed=True, kind="peak pressure", diagram="max. pressure (MPa)"),
+    Scalar("pressure_max_MPa", "maximum pressure", listed=True, kind="peak pressure", accurate=True,
+           diagram="max. pressure (MPa)"),
     Scalar("pressure_centre_MPa", "pressure at the centre of the contact", kind="pressure"),
     Scalar("shear_max_MPa", "maximum shear traction", listed=True, kind="peak"),
     Scalar("heat_flux_max_W_mm2", "maximum heat flux", kind="peak flux"),
@@ -411,7 +413,7 @@ ALSO_LISTED = ("T_gamma_N", "power_balance_error")
 
 def of_side(name: str, side: str) -> str:
     """The name of a scalar of one side: `Q_F_left_W`."""
-    end = next((end for end in UNITS if name.endswith(end)), "")
+    end = unit_end(name)
     return f"{name.removesuffix(end)}_{side}{end}"
 
 

@@ -315,11 +315,6 @@ class Problem:
         return 1.0 / (1.0 / self.lower.surface.plane_strain_modulus + 1.0 / self.upper.surface.plane_strain_modulus)
 
     @property
-    def coated(self) -> bool:
-        """True if a body has a coating with an elastic effect."""
-        return bool(self.lower.elastic_layers or self.upper.elastic_layers)
-
-    @property
     def relaxes(self) -> bool:
         """Whether the surface of a body relaxes."""
         return bool(self.lower.surface.relaxation or self.upper.surface.relaxation)
@@ -328,11 +323,6 @@ class Problem:
     def contact(self) -> Problem:
         """This problem, as of an assembly the one that its contacts share."""
         return self
-
-    @property
-    def has_hertz_solution(self) -> bool:
-        """Whether the cold contact without shear is Hertz's: between homogeneous elastic bodies with radii."""
-        return self.geometry.elliptic and not self.coated and not self.relaxes
 
     @property
     def friction_varies(self) -> bool:

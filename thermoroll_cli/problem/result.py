@@ -180,6 +180,11 @@ class Result:
         return tuple(patch for patch in self.patches if isinstance(patch, Result))
 
     @property
+    def by_suffix(self) -> dict[str, Result]:
+        """The contacts of an assembly by what their files have behind the name: `_left_1`; a contact itself, which has ""."""
+        return {f"_{patch.name}": patch for patch in self.contacts} if self.assembly else {"": self}
+
+    @property
     def records(self) -> tuple[Mapping[str, Any], ...]:
         """The numbers of each of the `patches`."""
         return tuple(patch.record if isinstance(patch, Result) else patch for patch in self.patches)

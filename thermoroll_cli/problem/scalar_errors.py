@@ -6,6 +6,10 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT, SCALARS, WHEELSET_SCALARS, holds
 from thermoroll_cli.problem.problem import BODIES, Problem
 
@@ -65,6 +69,13 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
 def absolute_error(name: str, summary: Mapping[str, Any]) -> float:
     """Estimated discretisation error of a scalar in its own unit; nan for a given one, or without an estimate."""
     return _number(summary.get("error", {}), name) * error_scale(name, summary)
+
+
+def passed_on(errors: ArrayLike, sensitivities: ArrayLike) -> Array:
+    """Errors (…) of quantities from the `errors` (n,) of what they depend on and their derivatives with respect to that
+    (…, n). Signs are unknown, so magnitudes add: Σ |∂q/∂xᵢ| eᵢ. What a quantity does not depend on may be unknown."""
+    shares = np.abs(sensitivities)
+    return np.asarray(np.where(shares == 0.0, 0.0, shares * np.asarray(errors)).sum(axis=-1))
 
 
 def temperature_difference(summary: Mapping[str, Any]) -> float:
@@ -197,10 +208,14 @@ def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
 def worth_showing(name: str, points: Sequence[Mapping[str, Any]], swept: Collection[str]) -> bool:
     """Whether a scalar says more about the `points` (summaries) than the `swept` keys do.
 
-    These say nothing: a scalar that was not computed; rounding noise; a creepage that is swept; a creepage or a force that is
-    given, so that it stays the same while the other changes; the pressure over a single Hertz pressure, which γ_p is."""
+    These say nothing: a scalar that was not computed; rounding noise; one of the upper body that reads like that of the lower
+    one; a creepage that is swept; a creepage or a force that is given, so that it stays the same while the other changes; the
+    pressure over a single Hertz pressure, which γ_p is."""
     partners = dict(zip(FORCES + CREEPAGES, CREEPAGES + FORCES, strict=True))
     if not finite(name, points) or all(_is_nothing(name, point) for point in points if computed(point.get(name))):
+        return False
+    lower = name.replace("_upper_", "_lower_")
+    if lower != name and all(number(point.get(name), 4) == number(point.get(lower), 4) for point in points):
         return False
     if name == "pressure_max_MPa":
         return not is_steady(finite("hertz_p0_MPa", points))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.heated_bodies import LEAST_SPEED, heated_bodies
-from thermoroll_cli.steady_state.iteration import friction_of, reserve_across, transmissible_force
+from thermoroll_cli.steady_state.iteration import friction_of, reserve
 from thermoroll_cli.steady_state.scalars import power_balance_error
 
 BALANCE_ERROR = 1e-5
@@ -39,8 +40,7 @@ def failures(cold: Level, hot: Level | None) -> list[str]:
     reasons = [f"isothermal state: {reason}" for reason in _state_failures(cold)]
     if not derived.scales.converged:
         reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
-    carries = reserve_across(cold.here, cold.contact.normal.pressure) >= 0.0  # else nothing can converge
-    if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim and carries:
+    if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim and not any(_too_little(cold)):
         falls = derived.problem.friction_varies
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
         reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
@@ -126,6 +126,24 @@ def _relaxes_much(derived: DerivedQuantities) -> str:
         f"times their instantaneous compliance, and above {MOST_RELAXED:g} pressures are not found at all speeds")
 
 
+def _too_little(level: Level) -> Iterator[str]:
+    """Whether friction carries less than the prescribed force: what else fails follows from that."""
+    discretisation, contact = level.here, level.contact
+    problem = discretisation.derived.problem
+    force = problem.prescribed_force
+    limit = float(contact.traction_bound(problem.friction.coefficient).sum()) * discretisation.grid.element_area
+    if problem.interlayer.yield_stress is not None and force > limit:
+        yield f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed {force:.6g} N"
+    elif problem.friction_varies:
+        warm = replace(contact, friction=friction_of(discretisation, discretisation.heat(contact)))
+        if (missing := reserve(discretisation, warm)) < 0.0:
+            yield (f"friction falls with the temperature: at those of the last iteration it carries {force + missing:.6g} N, "
+                   f"less than the prescribed {force:.6g} N. That is not the largest force that has a steady state: sweep the "
+                   "creepage to find it")
+    elif (missing := reserve(discretisation, contact)) < 0.0:
+        yield (f"friction across the contact carries {force + missing:.6g} N at most, less than the prescribed {force:.6g} N")
+
+
 def _state_failures(level: Level) -> list[str]:
     discretisation, contact = level.here, level.contact
     derived, grid = discretisation.derived, discretisation.grid
@@ -134,6 +152,8 @@ def _state_failures(level: Level) -> list[str]:
     everything = (normal.pressure, normal.displacement, tangential.traction, tangential.slip, tangential.heat)
     if not all(np.isfinite(f).all() for f in everything):
         return ["a field is not finite"]
+    if too_little := list(_too_little(level)):
+        return too_little
     load = discretisation.pressure.load(normal) / problem.normal_force
     if problem.approach is None and abs(load - 1.0) > BALANCE_ERROR:
         reasons.append(f"pressure carries {load:.6f} of the load")
@@ -145,13 +165,6 @@ def _state_failures(level: Level) -> list[str]:
     if not tangential.converged:
         reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
     bound = contact.traction_bound(problem.friction.coefficient)
-    limit = float(bound.sum()) * grid.element_area
-    if problem.interlayer.yield_stress is not None and problem.prescribed_force > limit:
-        return [f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed "
-                f"{problem.prescribed_force:.6g} N"]
-    if (reserve := reserve_across(discretisation, normal.pressure)) < 0.0:
-        return [f"friction across the contact carries {problem.prescribed_force + reserve:.6g} N at most, less than the "
-                f"prescribed {problem.prescribed_force:.6g} N"]
     shear = np.hypot(*tangential.traction)
     if np.linalg.norm(np.maximum(shear - bound, 0.0)) > LOCAL_ERROR * max(float(np.linalg.norm(bound)), 1e-300):
         reasons.append("traction exceeds the Coulomb bound")
@@ -166,12 +179,6 @@ def _state_failures(level: Level) -> list[str]:
     if abs(heat - tangential.work) > BALANCE_ERROR * max(abs(tangential.work), abs(heat)):
         share = heat / tangential.work if tangential.work else np.inf
         reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
-    if problem.friction_varies:
-        limit = transmissible_force(discretisation, friction_of(discretisation, discretisation.heat(contact)), normal.pressure)
-        if problem.prescribed_force > limit:
-            reasons.append(f"friction falls with the temperature: at those of the last iteration it carries {limit:.6g} N, "
-                           f"less than the prescribed {problem.prescribed_force:.6g} N. That is not the largest force that "
-                           "has a steady state: sweep the creepage to find it")
     if problem.heating.heat and problem.heating.partition == "matched":
         mismatch = discretisation.heat(contact).partition.mismatch
         if mismatch > LOCAL_ERROR:

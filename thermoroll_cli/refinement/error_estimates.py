@@ -21,13 +21,16 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
-from thermoroll_cli.problem.names import SCALARS, Kind, Scalar, holds, of_kind
+from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, Condition, Kind, Scalar, holds, of_kind
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
 from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.refinement.subsurface_plan import few_depths
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.scalars import problem_scalars
-from thermoroll_cli.stress.body_stresses import Collector
+from thermoroll_cli.stress.body_stresses import LAYER_POINTS, Collector
+from thermoroll_cli.stress.strength import PARABOLA
 
 Levels = Sequence[Mapping[str, float]]
 
@@ -42,6 +45,28 @@ ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 0.8 %). So are the end of stick and the largest flux where slip sets in at once, over an interlayer or with friction that rises
 with slip. Stresses rise like √s from the border (2: 84 % of stresses covered), and so do tractions up to where an interlayer
 yields: slip and heat are largest there (2: 56 % of the largest fluxes)."""
+
+
+def _abrupt(problem: Problem) -> bool:
+    """Whether slip sets in at once."""
+    law = problem.friction.law
+    return problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
+
+
+def _relaxes(problem: Problem) -> bool:
+    return problem.relaxes
+
+
+UNEVEN: dict[Kind, Condition] = {
+    "first order": True,
+    "peak pressure": _relaxes,
+    "relative peak pressure": _relaxes,
+    "exchanged heat": lambda problem: problem.heating.partition == "matched",
+    "diffused mean": lambda problem: problem.heating.conducts,
+    "stick": _abrupt,
+    "peak flux": _abrupt,
+}
+"""Kinds of scalars that are of first order also between bodies alike, and where."""
 BORDER = 1.0 / 3.0
 """R of areas with a border that is found, and of the heat that is conducted, most of it there, times N^−1.5: about N border
 elements, each off by a third of itself at random (0: 91 % of stick areas)."""
@@ -55,7 +80,11 @@ largest pressure by, times `EDGE` over the square of its distance from the edge 
 FLOOR = 1.5e-5
 """Tolerances and rounding (0: 95.3 %, 60 % of areas)."""
 
+OF_HISTORIES = "dang_van", "alternating_k"
+"""Beginnings of the names of scalars from histories along x."""
 RESULTANTS = of_kind("resultant")
+RIGID: tuple[Kind, ...] = "area", "relative area", "pressure", "peak pressure", "relative peak pressure"
+"""Kinds of scalars that differential slip does not change, unless traction acts back on the pressure."""
 ERROR_SCALARS = tuple(name for name, scalar in SCALARS.items() if scalar.accurate)
 """Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
 SMALLEST_ERROR_K = 1e-3
@@ -163,15 +192,9 @@ class Resolution:
 
     def order(self, kind: Kind) -> float:
         """q of a kind of scalars."""
-        derived, law = self.derived, self.derived.problem.friction.law
-        heating = derived.problem.heating
-        exchanged = ((heating.partition == "matched" and kind == "exchanged heat")
-                     or (heating.conducts and kind == "diffused mean"))
-        abrupt = derived.problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
         if kind == "peak flux" and self.rim:
             return ORDER_AT_SURFACE
-        uneven = derived.dissimilar or (derived.relaxing is not None and kind == "peak pressure")
-        uneven = uneven or exchanged or kind == "first order" or (abrupt and kind in ("stick", "peak flux"))
+        uneven = self.derived.dissimilar or holds(UNEVEN.get(kind, False), self.derived.problem)
         return ORDER_UNEVEN if uneven else ORDER
 
     def unresolved(self, kind: Kind) -> float:
@@ -186,6 +209,10 @@ class Resolution:
                 return found
             case "peak pressure":
                 return self.edge
+            case "relative peak pressure":
+                # Where nothing acts back it is that of the same grid without: 1.
+                acts_back = self.derived.kinematics.feeds_back or any(map(self.plan.runs, ("deformation", "thermal crown")))
+                return self.edge if acts_back else 0.0
             case "peak":
                 return self.narrow + self.edge
             case "peak flux":
@@ -208,9 +235,19 @@ class Resolution:
                 return 1.0 / self.elements
         return 0.0
 
+    def at_surface(self, of_traction: bool) -> tuple[float, float]:
+        """q and R of a stress that is largest at the surface, R over the largest pressure; of one that is the traction there,
+        which is in error as the largest traction is, and not as what tractions beside it cause."""
+        if of_traction:
+            over_pressure = self.summary["shear_max_MPa"] / self.summary["pressure_max_MPa"]
+            return self.order("peak"), self.unresolved("peak") * over_pressure
+        # At the border of the contact tractions change by μp over an element.
+        kinematics, friction = self.derived.kinematics, self.derived.problem.friction
+        return ORDER_AT_SURFACE, friction.coefficient / self.elements if kinematics.has_traction else 0.0
+
     def left_out(self, kind: Kind) -> float:
         """Bound of the effect of stages that were left out."""
-        rigid = kind in ("area", "relative area", "pressure", "peak pressure") and not self.derived.kinematics.feeds_back
+        rigid = kind in RIGID and not self.derived.kinematics.feeds_back
         return sum(bound for stage, bound in self.plan.left_out.items() if not (rigid and stage == "differential slip"))
 
     @cached_property
@@ -334,57 +371,62 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
 # --- below the surface -----------------------------------------------------------------------------------------------
 
 
-def stress_estimates(
-    grids: Sequence[Collector], reference: Mapping[str, Any], elements: float, derived: DerivedQuantities, left_out: float
-) -> dict[str, float]:
+def stress_estimates(grids: Sequence[Collector], reference: Mapping[str, Any], grid: Resolution) -> dict[str, float]:
     """Estimated error of each scalar of a body below its surface on the last of the `grids`, over its `error_scale`; nan for
     those that may be larger below the last depth, or have no maximum below the surface.
 
-    `reference` are the scalars of the state and of the problem, from which the scales follow."""
-    finest = grids[-1]
-    values, half_the_depths, at_surface = [grid.scalars() for grid in grids], finest.scalars(every=2), finest.at_surface()
-    # At the border of the contact tractions change by μp over an element.
-    border = derived.problem.friction.coefficient / elements if derived.kinematics.has_traction else 0.0
-    errors = {}
+    `reference` are the scalars of the state and of the problem, from which the scales follow; `grid` is that of the surface."""
+    finest, floor = grids[-1], FLOOR + sum(grid.plan.left_out.values())
+    values, half_the_depths, at_surface = [each.scalars() for each in grids], finest.scalars(every=2), finest.at_surface()
+    of_traction, few, errors = finest.of_traction(), few_depths(finest.depths, finest.width), dict[str, float]()
     for name, value in values[-1].items():
-        scale, surface = error_scale(name, reference), name in at_surface
-        unresolved = abs(half_the_depths[name] - value) / scale + (border if surface and name.endswith("_MPa") else 0.0)
-        # Dang Van's residual stress lies between those elements of a history that are farthest apart: first order.
-        order = ORDER_AT_SURFACE if surface else ORDER_UNEVEN if name.startswith("dang_van") else ORDER
-        errors[name] = estimate([each[name] for each in values], scale, order=order, unresolved=unresolved,
-                                floor=FLOOR + left_out)
+        scale, is_stress = error_scale(name, reference), name.endswith("_MPa")
+        # The ball of a history touches states of single elements: what they miss of its ends follows no order.
+        order, border = ORDER_UNEVEN if name.startswith(OF_HISTORIES) else ORDER, 0.0
+        # A stress between depths is of the order of its polynomial's points, its place of one less.
+        points = PARABOLA if name in STRENGTH_SCALARS else LAYER_POINTS
+        between = 1.0 if few else 2.0 ** (points - (not is_stress)) - 1.0
+        if name in at_surface:
+            (order, border), between = grid.at_surface(name in of_traction), 1.0
+        unresolved = abs(half_the_depths[name] - value) / scale / between + (border if is_stress else 0.0)
+        errors[name] = estimate([each[name] for each in values], scale, order=order, unresolved=unresolved, floor=floor)
     for name in at_surface.intersection(errors):
         if "_depth_" in name:
-            errors[name] += 2.2 / elements  # The surface counts as one element deep.
+            errors[name] += 2.2 / grid.elements  # The surface counts as one element deep.
         elif not name.endswith("_MPa"):
             # Along the ridge at the border the stress falls like the square of the distance.
             quantity, _, body, _ = name.rsplit("_", 3)
             errors[name] += math.sqrt(errors[f"{quantity}_max_{body}_MPa"])
     errors |= dict.fromkeys(finest.cut_off | finest.without_peak(), math.nan)
-    on_each = [grid.rivals() for grid in grids]
-    for quantity in on_each[-1] if len(grids) > 1 else ():
-        _count_rivals(errors, quantity, finest.body, [rivals[quantity] for rivals in on_each], reference, border)
+    parts = finest.parts()
+    on_each = [each.rivals(parts) for each in grids]
+    for quantity in parts if len(grids) > 1 else ():
+        _count_rivals(errors, quantity, finest.body, [rivals[quantity] for rivals in on_each], reference, grid)
     return errors
 
 
 def _count_rivals(
-    errors: dict[str, float], quantity: str, body: str, rivals: Sequence[tuple[Peak, Peak]], reference: Mapping[str, Any],
-    border: float,
+    errors: dict[str, float], quantity: str, body: str, rivals: Sequence[Mapping[str, Peak]], reference: Mapping[str, Any],
+    grid: Resolution,
 ) -> None:
     """Widen the `errors` of the largest value of a `quantity` and of its places, where it may lie elsewhere on a finer grid.
 
-    `rivals` are the largest stresses of the surface and of what lies below it, grid by grid. The stress at the surface may
-    still grow like a square root; `border` is its error by an element. A stress that is nan does not count."""
-    (surface, below), name = rivals[-1], f"{quantity}_{body}_MPa"
+    `rivals` are the largest stresses of the parts of the depths, grid by grid. Those above "below" may still grow, as
+    `Resolution.at_surface` has it. A stress that is nan does not count."""
+    name, last = f"{quantity}_{body}_MPa", {part: peak for part, peak in rivals[-1].items() if not math.isnan(peak.value)}
     if math.isnan(errors[name]):
         return
-    scale = error_scale(name, reference) * 1e6
-    strongest, rival = (surface, below) if not below.value >= surface.value else (below, surface)
-    at_surface = scale * estimate([grid[0].value for grid in rivals], scale, order=ORDER_AT_SURFACE, unresolved=border)
-    own, least = errors[name] * scale, surface.value + at_surface - strongest.value
-    errors[name] = (at_surface if strongest is surface else max(own, least)) / scale
-    if rival.value + (at_surface if rival is surface else 0.0) >= strongest.value - own:
-        for axis, word in (("z", "depth"), ("x", "x"), ("y", "y")):
-            if (place := f"{quantity.rsplit('_', 1)[0]}_{word}_{body}_mm") in errors:
-                distance = abs(getattr(strongest, axis) - getattr(rival, axis)) * 1e3
-                errors[place] += distance / error_scale(place, reference)
+    scale, own = error_scale(name, reference) * 1e6, errors[name]
+    growth = {part: 0.0 for part in last}
+    for part in growth.keys() - {"below"}:
+        order, border = grid.at_surface(part == "traction")
+        growth[part] = estimate([each[part].value / scale for each in rivals], 1.0, order=order, unresolved=border)
+    strongest = max(last, key=lambda part: last[part].value)
+    highest = last.pop(strongest)
+    excess = {part: (peak.value - highest.value) / scale + growth[part] for part, peak in last.items()}
+    errors[name] = max(growth[strongest] or own, *excess.values())
+    near = [last[part] for part in last if excess[part] >= -own]
+    for axis, word in (("z", "depth"), ("x", "x"), ("y", "y")):
+        if (place := f"{quantity.rsplit('_', 1)[0]}_{word}_{body}_mm") in errors:
+            distance = max((abs(getattr(highest, axis) - getattr(peak, axis)) for peak in near), default=0.0)
+            errors[place] += 1e3 * distance / error_scale(place, reference)

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.heat.frictional_heat import account
-from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimates import (
@@ -22,13 +21,7 @@ from thermoroll_cli.refinement.error_estimates import (
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.plan import Plan, first_of_both
 from thermoroll_cli.refinement.sharp_places import sharp_places
-from thermoroll_cli.refinement.warnings import (
-    edge_warning,
-    feedback_warning,
-    inner_heat_warning,
-    unresolved_coatings,
-    warnings_after,
-)
+from thermoroll_cli.refinement.warnings import unresolved_coatings, warnings_after
 from thermoroll_cli.steady_state.scalars import patches_of, problem_scalars
 
 
@@ -44,17 +37,8 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     errors = estimates(by_level, derived, last.elements_across, plan, {*sharp.unbounded, *sharp.unresolved})
     reasons = failures(isothermal, None if hot is cold else last)
     warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp.warnings]
-    warnings += edge_warning(derived, last.here.grid, Resolution(by_level, derived, last.elements_across, plan).edge)
     heat = last.here.heat(last.contact) if plan.runs("heat") else None
-    if heat is not None:
-        fields = last.reported.fields
-        rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
-        highest = max(last.reported.scalars[f"temperature_rise_max_{body}_K"] for body in BODIES)
-        warnings += warnings_after(derived, heat, last.contact.tangential.slip, rises, highest)
-        if problem.relaxes:
-            warnings += inner_heat_warning(by_level[-1]["hysteresis_W"], by_level[-1]["Q_F_W"])
-        if last.contact.friction is not None:
-            warnings += feedback_warning(derived, rises, last.contact.friction)
+    warnings += warnings_after(derived, last, heat, Resolution(by_level, derived, last.elements_across, plan).edge)
     wanted = problem.numerics.accuracy
     if wanted is not None:
         missed = missed_accuracy(errors, by_level[-1], wanted, problem.interlayer.compliance > 0.0)
@@ -83,7 +67,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
         work=_work(plan, cold, hot, extrapolated=extrapolated) | ({} if heat is None else account(heat)),
         history=history,
         warnings=tuple(warnings),
-        patches=tuple(patches_of(last.here, last.contact)) if not problem.geometry.elliptic else (),
+        patches=tuple(patches_of(last.here, last.contact)),
         unbounded=tuple(sorted(sharp.unbounded)),
     )
 

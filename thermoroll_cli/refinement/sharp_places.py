@@ -20,7 +20,7 @@ from thermoroll_cli.problem.geometry import ContactGeometry
 from thermoroll_cli.problem.names import of_kind
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
-PEAKS = of_kind("peak", "peak flux", "peak pressure")
+PEAKS = of_kind("peak", "peak flux", "peak pressure", "relative peak pressure")
 """Scalars that such places decide."""
 GROWTH = 0.01
 """Growth of the largest pressure per doubling of the grid, relative, from which a kink counts as unbounded; below it the

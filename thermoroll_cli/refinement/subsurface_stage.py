@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -15,9 +15,9 @@ from thermoroll_cli.halfspace.layered import LayeredBody
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result, Subsurface
-from thermoroll_cli.refinement.error_estimates import stress_estimates
+from thermoroll_cli.refinement.error_estimates import Resolution, stress_estimates
 from thermoroll_cli.refinement.level import Level
-from thermoroll_cli.refinement.outcome import refining_both
+from thermoroll_cli.refinement.outcome import refining_both, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.subsurface_plan import depths_of, few_depths, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -85,7 +85,7 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
 
 
 def _below_the_surface(
-    request: SubsurfaceRequest, summary: Mapping[str, Any], plan: Plan, levels: Sequence[Level]
+    request: SubsurfaceRequest, summary: Mapping[str, Any], plan: Plan, levels: list[Level]
 ) -> Subsurface:
     """Stresses and temperatures in the bodies asked for, with scalars and their error estimates.
 
@@ -93,13 +93,14 @@ def _below_the_surface(
     derived, finest_grid = plan.derived, levels[-1].here.grid
     hot = hot_bodies(request, derived, heated=plan.runs("heat"))
     depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
-    near, width = min(finest_grid.dx, finest_grid.dy), min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    grids = [_collect(level, request, depths, (near, width), thermal=bool(hot), last=level is levels[-1]) for level in levels]
+    sizes = (min(finest_grid.dx, finest_grid.dy), max(finest_grid.dx, finest_grid.dy),
+             min(derived.scales.semi_axis_x, derived.scales.semi_axis_y))
+    grids = [_collect(level, request, depths, sizes, thermal=bool(hot), last=level is levels[-1]) for level in levels]
     finest, scalars, error = grids[-1], dict[str, float](), dict[str, float]()
+    resolution = Resolution(scalars_by_level(levels), derived, levels[-1].elements_across, plan)
     for body, collector in finest.items():
         own = collector.scalars()
-        uncertain = stress_estimates([grid[body] for grid in grids], summary, levels[-1].elements_across, derived,
-                                     sum(plan.left_out.values()))
+        uncertain = stress_estimates([grid[body] for grid in grids], summary, resolution)
         found, of_found = _strength(request, derived.problem, body, own, uncertain, summary)
         scalars, error = scalars | own | found, error | uncertain | of_found
     warmed = [body for body in recirculating(derived) if body in hot]
@@ -158,7 +159,8 @@ def stresses_by_depth(
 
 
 def _collect(
-    level: Level, request: SubsurfaceRequest, depths: dict[str, Array], sizes: tuple[float, float], *, thermal: bool, last: bool
+    level: Level, request: SubsurfaceRequest, depths: dict[str, Array], sizes: tuple[float, float, float], *, thermal: bool,
+    last: bool,
 ) -> Collectors:
     """All depths of the bodies asked for on one grid; fields are kept of the `last` one. `sizes` are those of `Collector`."""
     discretisation, contact = level.here, level.contact

@@ -29,7 +29,8 @@ from thermoroll_cli.halfspace.coatings import THICK
 from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Layer, Material
+from thermoroll_cli.problem.problem import BODIES, Layer, Material
+from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 LARGEST_RISE = 2000.0
@@ -92,17 +93,23 @@ def inner_heat_warning(hysteresis: float, friction: float) -> Iterator[str]:
                "thermal expansion do not contain it")
 
 
-def warnings_after(
-    derived: DerivedQuantities, heat: Heat, slip: Array, rises: tuple[Array, Array], highest: float
-) -> list[str]:
-    """Doubts about a solved state with `heat`, from its `slip` s/V (2, nx, ny) and the temperature `rises` of both bodies in
-    K, of which the `highest` is reported."""
-    warnings = [*sideways_warning(heat, slip)]
+def warnings_after(derived: DerivedQuantities, level: Level, heat: Heat | None, edge: float) -> Iterator[str]:
+    """Doubts about the state of a `level` with its `heat` (None: there is none); `edge` is the error of the largest pressure by
+    an edge that is not resolved."""
+    yield from edge_warning(derived, level.here.grid, edge)
+    if heat is None:
+        return
+    scalars, fields = level.reported.scalars, level.reported.fields
+    rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
+    yield from sideways_warning(heat, level.contact.tangential.slip)
     if derived.kinematics.has_traction:
-        warnings += tangential_expansion_warning(derived, *rises)
-    if highest > LARGEST_RISE:
-        warnings.append(f"temperature rises by up to {highest:.4g} K: {NO_SOLID}")
-    return warnings
+        yield from tangential_expansion_warning(derived, *rises)
+    if (highest := max(scalars[f"temperature_rise_max_{body}_K"] for body in BODIES)) > LARGEST_RISE:
+        yield f"temperature rises by up to {highest:.4g} K: {NO_SOLID}"
+    if derived.problem.relaxes:
+        yield from inner_heat_warning(scalars["hysteresis_W"], scalars["Q_F_W"])
+    if level.contact.friction is not None:
+        yield from feedback_warning(derived, rises, level.contact.friction)
 
 
 def feedback_warning(derived: DerivedQuantities, rises: tuple[Array, Array], friction: Array) -> Iterator[str]:

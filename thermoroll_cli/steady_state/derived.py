@@ -40,7 +40,9 @@ class DerivedQuantities:
     def hertz(self) -> HertzContact | None:
         """Hertz's contact of homogeneous elastic bodies with radii; None of others, which have `scales` alone."""
         p = self.problem
-        return hertz_at(p.geometry, p.contact_modulus, self.given) if p.has_hertz_solution else None
+        if not p.geometry.elliptic or p.relaxes or p.lower.elastic_layers or p.upper.elastic_layers:
+            return None
+        return hertz_at(p.geometry, p.contact_modulus, self.given)
 
     @cached_property
     def scales(self) -> ContactScales:
@@ -97,16 +99,6 @@ class DerivedQuantities:
             low, high = numerics.across
             domain = domain._replace(side_y=high - low, centre=0.5 * (low + high))
         return Grid.over(shape, *domain)
-
-    def undeformed_gap(self, x: Array, y: Array) -> Array:
-        """h_i = x²/2R'_x + y²/2R'_y in m at all places `x` (n,) and `y` (m,); with a profile the gap across replaces y²/2R'_y:
-        (n, m)."""
-        return self.problem.geometry.gap(x, y)
-
-    @cached_property
-    def symmetric(self) -> bool:
-        """Whether the surfaces are their own mirror image across y = 0."""
-        return self.problem.geometry.symmetric
 
     @cached_property
     def contact_angles(self) -> tuple[float, float]:
@@ -223,7 +215,7 @@ class Kinematics:
         all tractions. This symmetry does not hold for bodies of unlike elasticity, since the pressure pulls surfaces inwards in
         the mirror, too, nor with differential slip, which is the same on both sides."""
         m = self.problem.motion
-        if not (self.derived.symmetric and self.problem.friction.symmetric):
+        if not (self.problem.geometry.symmetric and self.problem.friction.symmetric):
             return None
         if m.spin == 0.0 and m.creepage_y == 0.0:
             return 1, -1

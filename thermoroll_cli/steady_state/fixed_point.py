@@ -33,7 +33,7 @@ from thermoroll_cli.numerics.krylov import Anderson, Secants
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
-from thermoroll_cli.steady_state.iteration import admissible_friction, can_transmit, iterate, reserve_across
+from thermoroll_cli.steady_state.iteration import admissible_friction, iterate, reserve
 
 MIXING_DEPTH = 8
 """Iterations that Anderson's mixing uses: more gain nothing at the accuracy of the iterations. Strong heat in partial slip
@@ -186,7 +186,9 @@ def _iterated(
     residual = least = math.inf
     rim, history = False, list[float]()
     counts = np.zeros(3, dtype=int)
-    while len(history) < MOST_ITERATIONS and mixing.dampings <= MOST_DAMPINGS and can_transmit(discretisation, state):
+    # Where nothing acts back, one iteration is the solution, also of a force that friction does not carry.
+    while len(history) < MOST_ITERATIONS and not mixing.gives_up and not (
+            unknowns_of(state) and reserve(discretisation, state) <= 0.0):
         after = iterate(discretisation, state, _inside(state, tolerances, limit, history, convergence, learnt))
         normal, tangential = after.normal, after.tangential
         counts += (normal.iterations, tangential.applications, tangential.newton_steps)
@@ -198,7 +200,7 @@ def _iterated(
         if least == math.inf or (solved and history[-1] < least):
             best, residual = replace(after, **unknowns_of(state)), history[-1]
             least = residual if solved else math.inf
-        if not changes or least <= limit or rim or reserve_across(discretisation, normal.pressure) < 0.0:
+        if not changes or least <= limit or rim:
             break
         if len(history) > 1 and max(history[-2:]) < UNCHANGED:
             break  # the second was solved to full accuracy: what it did not solve another one does not solve either
@@ -207,8 +209,6 @@ def _iterated(
             limit = enough
             break
         state = mixing.next(state, after, changes, history[-1])
-        if mixing.unbalanced > MOST_UNBALANCED or mixing.raised > MOST_RAISED:
-            break
     return SteadyState(
         _without_mean(discretisation, best), iterations=len(history), residual=residual, converged=least <= limit,
         touches_rim=rim,
@@ -305,6 +305,11 @@ class _Mixing:
         self.dampings = 0
         self.heat_reached = 1.0
         self.unbalanced = self.raised = 0
+
+    @property
+    def gives_up(self) -> bool:
+        """Whether friction was damped, or the balance with the heat missed, more often than helps."""
+        return self.dampings > MOST_DAMPINGS or self.unbalanced > MOST_UNBALANCED or self.raised > MOST_RAISED
 
     @property
     def secants(self) -> Secants | None:

@@ -75,22 +75,14 @@ def admissible_friction(discretisation: Discretisation, wanted: Contact, before:
     return before + (friction - before) * (0.5 * (had - force) / (had - after)), True
 
 
-def can_transmit(discretisation: Discretisation, contact: Contact) -> bool:
-    """True if friction in `contact` can transmit the prescribed force with the `LEAST_RESERVE`."""
-    if contact.friction is None:
-        return True
-    force = transmissible_force(discretisation, contact.friction, contact.normal.pressure)
-    return force > discretisation.derived.problem.prescribed_force
-
-
-def reserve_across(discretisation: Discretisation, pressure: Array) -> float:
-    """What friction that depends on the place across carries under `pressure`, less the prescribed force, in N; infinite for
-    friction that does not, or that also depends on temperature."""
+def reserve(discretisation: Discretisation, contact: Contact) -> float:
+    """What friction in `contact` carries beyond the prescribed force in N; infinite where its coefficient is the same
+    everywhere, since that is known before solving."""
     problem = discretisation.derived.problem
-    if not problem.friction.across or problem.friction_varies:
+    if contact.friction is None and not problem.friction.across:
         return math.inf
-    carried = transmissible_force(discretisation, np.asarray(problem.friction.coefficient), pressure)
-    return carried - problem.prescribed_force
+    friction = np.asarray(problem.friction.coefficient) if contact.friction is None else contact.friction
+    return transmissible_force(discretisation, friction, contact.normal.pressure) - problem.prescribed_force
 
 
 def transmissible_force(discretisation: Discretisation, friction: Array, pressure: Array) -> float:

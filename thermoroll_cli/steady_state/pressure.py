@@ -40,7 +40,7 @@ class PressureSolver:
     @cached_property
     def undeformed_gap(self) -> Array:
         """h_i in m, (nx, ny)."""
-        return self._derived.undeformed_gap(self.grid.x, self.grid.y)
+        return self._derived.problem.geometry.gap(self.grid.x, self.grid.y)
 
     @cached_property
     def cosine(self) -> Array:

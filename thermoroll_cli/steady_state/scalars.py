@@ -130,7 +130,7 @@ def _resistance(discretisation: Discretisation, contact: Contact) -> dict[str, f
     grid, solvers, problem = discretisation.grid, discretisation.pressure, discretisation.derived.problem
     pressure, tangential = contact.normal.start, contact.tangential
     inside = solvers.solver.hysteresis(pressure)
-    closing = -discretisation.derived.undeformed_gap(grid.rows_with(1), grid.y)
+    closing = -problem.geometry.gap(grid.rows_with(1), grid.y)
     slope = (closing[2:] - closing[:-2]) / (2.0 * grid.dx)
     if contact.normal.offset is not None:
         slope += np.gradient(contact.normal.offset, grid.dx, axis=0)
@@ -367,13 +367,13 @@ def entry_fields(heat: Heat) -> dict[str, Array]:
 
 def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[str, float]]:
     """Scalars of each patch, from −y to +y: centre of its pressure, forces, area and largest pressure, in the units of the
-    names.
+    names; none of an elliptic gap, which has one patch.
 
     The gap is a function of x plus one of y, so no patch lies beside another along x."""
     grid, normal = discretisation.grid, contact.normal
     lateral = discretisation.derived.problem.geometry.lateral_place(grid.y)
-    out = []
-    for columns in patches_across(normal.covered):
+    out: list[dict[str, float]] = []
+    for columns in () if discretisation.derived.problem.geometry.elliptic else patches_across(normal.covered):
         here = np.zeros(grid.ny, dtype=bool)
         here[columns] = True
         pressure, covered = normal.pressure * here, normal.covered * here

@@ -68,13 +68,14 @@ def _force(problem: Problem) -> Iterator[Unsolvable]:
 def _conformal(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     """The lateral creepage of an inclined surface has another direction at every place; the model holds up to some slope."""
     problem, geometry = derived.problem, derived.problem.geometry
+    limits = np.array(geometry.limits)  # raises Unsolvable if profiles never face each other
     if isinstance(geometry, Geometry):
         return
     if problem.motion.force_y is not None:
         yield Unsolvable("a lateral force is not computed for a conformal contact", "force.lateral_N", "creepage.lateral",
                          "geometry.conformal")
     if any(geometry.cut) and any(end and cut for end, cut in zip(derived.scales.ends, geometry.cut, strict=True)):
-        low, high = geometry.lateral_place(np.array(geometry.limits)) * 1e3
+        low, high = geometry.lateral_place(limits) * 1e3
         yield Unsolvable(f"the contact reaches y = {low:.4g} or {high:.4g} mm, where the model of a half-space ends: the "
                          "surfaces are too steep, a body too near its axis, or the approach is a quarter of the radius",
                          "load.normal_N", "a load with a narrower contact", "geometry.conformal")

@@ -4,6 +4,7 @@ elements."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -19,6 +20,9 @@ from thermoroll_cli.stress.strength import StrengthCollector, depth_name, first_
 from thermoroll_cli.stress.superposition import ODD_IN_Y
 
 PRECISION = np.float32
+RANGE = "orthogonal_shear_range"
+LARGEST = "von_mises", RANGE, "tensile_stress"
+"""Stresses with a largest value over the body: von Mises, range of σ_xz, first principal stress."""
 
 
 @dataclass
@@ -43,8 +47,8 @@ class EquivalentStresses:
 @dataclass
 class Collector:
     """Collects the depths of one `body` from the surface down. `columns` along y hold y > 0 of a `mirrored` state; `near` (m)
-    is the depth down to which a place counts as the surface, `width` (m) the smaller semi-axis of the contact; `interfaces` are
-    the depths of those of a coated body."""
+    is the depth down to which a place counts as the surface, and `shallow` (m) for ranges of σ_xz, which lack the edges of the
+    contact there; `width` (m) is the smaller semi-axis of the contact; `interfaces` are the depths of those of a coating."""
 
     body: str
     depths: AnyArray
@@ -55,6 +59,7 @@ class Collector:
     keep: KeptFields | None
     plane_column: int
     near: float
+    shallow: float
     width: float
     interfaces: tuple[float, ...] = ()
     elastic: EquivalentStresses = field(init=False)
@@ -111,14 +116,14 @@ class Collector:
         values, x, y = self.at_interfaces[index]
         return peak_of(values[[number]], self.depths[index : index + 1], x, y, self.mirrored)
 
-    def _largest(self, judged: EquivalentStresses, every: int = 1, part: slice = slice(None)) -> dict[str, Peak]:
-        """Largest von Mises stress, range of σ_xz and first principal stress, of a `part` of the depths, all or only every
-        `every`-th."""
-        depths = self.depths[part]
-        ranges = peak_of(judged.shear_range[part, None, :], depths, np.zeros(1), self.y, self.mirrored, every)
-        equivalent, tension = (peak_of(values[part], depths, self.x, self.y, self.mirrored, every)
-                               for values in (judged.von_mises, judged.principal))
-        return {"von_mises": equivalent, "orthogonal_shear_range": ranges, "tensile_stress": tension}
+    def _largest(
+        self, judged: EquivalentStresses, wanted: Sequence[str] = LARGEST, every: int = 1, part: slice = slice(None)
+    ) -> dict[str, Peak]:
+        """The largest of the `wanted` stresses of a `part` of the depths, all or only every `every`-th one."""
+        fields = {"von_mises": (judged.von_mises, self.x), "tensile_stress": (judged.principal, self.x),
+                  RANGE: (judged.shear_range[:, None, :], np.zeros(1))}
+        return {stress: peak_of(fields[stress][0][part], self.depths[part], fields[stress][1], self.y, self.mirrored, every)
+                for stress in wanted}
 
     def profiles(self) -> dict[str, Array]:
         """Largest stresses (Pa) of each depth, (nz,), by the names of their peaks, where they may grow below the last."""
@@ -152,8 +157,8 @@ class Collector:
 
     def _peaks(self, every: int) -> dict[str, Peak]:
         """The peaks over all depths (`every` = 1), or every second one (2)."""
-        total = self._largest(self.total, every)
-        elastic = self._largest(self.elastic, every) if self.thermal else total
+        total = self._largest(self.total, every=every)
+        elastic = self._largest(self.elastic, every=every) if self.thermal else total
         return {**self.bond_peaks(every), **total, **{f"elastic_{stress}": peak for stress, peak in elastic.items()}}
 
     def scalars(self, every: int = 1) -> dict[str, float]:
@@ -163,19 +168,44 @@ class Collector:
             scalars |= scalars_of(stress, self.body, peak)
         return scalars
 
-    def rivals(self) -> dict[str, tuple[Peak, Peak]]:
-        """Largest stresses at the surface and below it, by the beginning of the name of their scalar."""
-        pairs = {} if self.strength is None else self.strength.peaks()
-        split = min(int(np.searchsorted(self.depths, self.near, side="right")), len(self.depths) - 1)
-        for prefix, judged in (("", self.total), ("elastic_", self.elastic)):
-            surface, below = (self._largest(judged, part=part) for part in (slice(split), slice(split, None)))
-            pairs |= {f"{prefix}{stress}_max": (surface[stress], below[stress]) for stress in surface}
-        return pairs
+    def parts(self) -> dict[str, dict[str, slice]]:
+        """The depths "below" the surface and those at the "surface", each of which may hold the largest of a stress, by the
+        beginning of the name of its scalar. At z = 0 the range of σ_xz is the "traction". What grows on from the surface into
+        the body is no peak of the surface."""
+        peaks = {} if self.strength is None else self.strength.peaks()
+        parts = {name: {"below": slice(1, None), "surface": slice(1)} for name in peaks}
+        for name, values in self.profiles().items():
+            if (stress := name.removeprefix("elastic_")) in LARGEST:
+                first, near = (1, self.shallow) if stress == RANGE else (0, self.near)
+                split = min(int(np.searchsorted(self.depths, near, side="right")), len(self.depths) - 1)
+                while split > 1 and values[split - 1] < values[split]:
+                    split -= 1
+                named = {"below": slice(split, None), "surface": slice(first, split), "traction": slice(first)}
+                parts[f"{name}_max"] = {word: part for word, part in named.items() if self.depths[part].size}
+        return parts
+
+    def rivals(self, parts: dict[str, dict[str, slice]]) -> dict[str, dict[str, Peak]]:
+        """The largest stress of each of the `parts` of the depths."""
+        peaks = {} if self.strength is None else self.strength.peaks()
+        rivals = {name: {"below": below, "surface": surface} for name, (surface, below) in peaks.items()}
+        for name in parts.keys() - peaks.keys():
+            judged, stress = self.total, name.removesuffix("_max")
+            if stress.startswith("elastic_"):
+                judged, stress = self.elastic, stress.removeprefix("elastic_")
+            rivals[name] = {word: self._largest(judged, (stress,), part=part)[stress] for word, part in parts[name].items()}
+        return rivals
 
     def at_surface(self) -> set[str]:
         """Names of the scalars whose maximum lies at the surface."""
         names = set() if self.strength is None else self.strength.at_surface(self.body, self.near)
-        return names.union(*(scalars_of(stress, self.body, peak) for stress, peak in self.peaks.items() if peak.z <= self.near))
+        return names.union(*(scalars_of(stress, self.body, peak) for stress, peak in self.peaks.items()
+                             if peak.z <= (self.shallow if stress.endswith(RANGE) else self.near)))
+
+    def of_traction(self) -> set[str]:
+        """Names of the ranges of σ_xz that are largest at z = 0, where it is the traction along x and thermal stresses have
+        none."""
+        return set[str]().union(*(scalars_of(stress, self.body, peak) for stress, peak in self.peaks.items()
+                                  if stress.endswith(RANGE) and peak.z == 0.0))
 
     @cached_property
     def cut_off(self) -> set[str]:
@@ -277,6 +307,9 @@ def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirr
     """The maximum near the largest of `values`, searched again around each place found: on an inclined ridge it may lie between
     two depths, several elements away from the largest value at one depth."""
     place: tuple[int, ...] = tuple(int(i) for i in np.unravel_index(int(np.argmax(values)), values.shape))
+    if depths[0] == 0.0 and place[0] == 0:
+        # No polynomial knows how stresses fall from the surface to the first depth, far above the next ones.
+        values, depths = values[:1], depths[:1]
     best = _refined(values, place, depths, x, y, mirrored)
     for _ in range(MOST_MOVES):
         moved = tuple(int(np.argmin(np.abs(axis - at))) for axis, at in ((depths, best.z), (x, best.x), (y, best.y)))

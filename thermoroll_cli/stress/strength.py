@@ -33,6 +33,8 @@ from thermoroll_cli.problem.scalar_errors import FORCES, absolute_error
 from thermoroll_cli.stress.smallest_ball import Balls, smallest_balls
 
 SQRT3 = math.sqrt(3.0)
+PARABOLA = 3
+"""Depths through which the largest strength goes (`largest_over_depth`)."""
 
 
 def von_mises(stress: AnyArray) -> AnyArray:

@@ -28,7 +28,7 @@ from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_schema import allowed_values, entry_at
-from thermoroll_cli.files.case_source import Override, key_path
+from thermoroll_cli.files.case_source import CaseSource, Override, key_path
 from thermoroll_cli.plots.fit_figures import Figure, fit_figure
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import unit_of
@@ -84,10 +84,7 @@ class Free:
             if not low <= lowest < highest <= high:
                 raise ValueError(f'"{text}": LOW must be below HIGH, and {key} {allowed_values(key_path(key))}')
             low, high = lowest, highest
-        value: Any = json.loads(case.to_json())
-        for part in key_path(key):
-            within = part in value if isinstance(value, dict) else isinstance(value, list) and isinstance(part, int)
-            value = value[part] if within else None
+        value = CaseSource(case.name, "", json.loads(case.to_json())).get(key_path(key))
         if not isinstance(value, int | float):
             raise ValueError(f"{key} has no value in {case.name}: write one there for the fit to begin with")
         if not low <= value <= high:

@@ -15,8 +15,8 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.files.case_schema import entry_at
 from thermoroll_cli.files.case_source import key_path
+from thermoroll_cli.files.csv_table import read_columns
 from thermoroll_cli.problem.names import ALL_SCALARS, ERROR
-from thermoroll_cli.sweeps.points import read_columns
 
 OVER_LOAD = {"force_x_over_load": "force_x_N", "force_y_over_load": "force_y_N"}
 """Creep forces over the load, as rigs report them: column of the data → scalar in N."""

@@ -7,9 +7,7 @@ the points one by one.
 from __future__ import annotations
 
 import contextlib
-import csv
 import hashlib
-import io
 import itertools
 import json
 import math
@@ -22,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source, toml_value
+from thermoroll_cli.files.csv_table import read_columns
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.python_api import Task
@@ -40,9 +38,6 @@ MOST_POINTS = 100_000
 """A COUNT with too many zeros should not fill the memory or the folder first."""
 MOST_ROWS = 2_000_000
 """The same where points get no files of their own."""
-
-LARGEST_POINTS = 2**29
-"""Bytes of a list of points."""
 
 FORMS = "KEY=START:STOP:COUNT, KEY=START:STOP:COUNT:log or KEY=v1,v2,…"
 
@@ -107,53 +102,6 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
             raise ValueError(f"{place}: the same point as in line {seen[values]}")
         seen[values] = number
     return tuple(Axis(key, column) for key, column in zip(keys, zip(*seen, strict=True), strict=True))
-
-
-def read_columns(path: pathlib.Path, kind: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """The names in the header line of the CSV file at `path`, which should be `kind`, and the number and the cells of each line
-    below it. Commas, semicolons or tabs separate; but for commas, numbers may have a decimal comma, which becomes a point. Rows
-    and columns that are empty at the end are none.
-
-    Raises ValueError (not such a file), OSError."""
-    try:
-        text = read_bytes(path, LARGEST_POINTS, kind).decode("utf-8-sig")
-    except ReadError as cause:
-        raise ReadError(f"{path}: {cause}") from None
-    except UnicodeDecodeError:
-        raise ValueError(f"{path}: not UTF-8 text") from None
-    head = text.partition("\n")[0]
-    delimiter = next((mark for mark in ";\t," if mark in head), ";")
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
-    lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if line]
-    while lines and not any(lines[-1][1]):
-        lines.pop()  # a spreadsheet fills up rows, and columns
-    keys, rows = _filled(lines[0][1]) if lines else [], lines[1:]
-    if not keys or not rows:
-        raise ValueError(f"{path}: needs a header line with keys, for example load.normal_N, and a line for each point")
-    read = []
-    for number, cells in rows:
-        place, cells = f"{path}, line {number}", _filled(cells, len(keys))
-        if not any(cells):
-            raise ValueError(f"{place}: a blank row between points: fill it in or delete it")
-        if len(cells) != len(keys):
-            commas = delimiter == "," and len(cells) > len(keys)
-            hint = "; where numbers have a comma, separate them by semicolons, and the keys" if commas else ""
-            raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys{hint}")
-        if "" in cells:
-            raise ValueError(f"{place}: {keys[cells.index('')]} has no value")
-        read.append((number, cells if delimiter == "," else [_decimal_point(cell) for cell in cells]))
-    return keys, read
-
-
-def _filled(cells: list[str], least: int = 0) -> list[str]:
-    """`cells` without empty ones at their end, but `least` of them."""
-    while len(cells) > least and not cells[-1]:
-        cells = cells[:-1]
-    return cells
-
-
-def _decimal_point(cell: str) -> str:
-    return cell.replace(",", ".") if re.fullmatch(r"[-+]?\d+,\d+([eE][-+]?\d+)?", cell) else cell
 
 
 def _check_keys(keys: Sequence[str]) -> None:

@@ -22,6 +22,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -321,11 +322,12 @@ class _Potential:
         """λ (m) at an `amplitude` (m); `product` is e r₀ (m²)."""
         if self.reach < amplitude * (1.0 - 1e-12):
             return math.nan
-        low, high = 0.0, self.most
-        while high - low > 1e-14 * high:
-            level = 0.5 * (low + high)
+
+        def wider(level: float) -> float:
             left, right = self.ends(level)
-            low, high = (level, high) if right - left < 2.0 * amplitude else (low, level)
+            return right - left - 2.0 * amplitude
+
+        high = scipy.optimize.brentq(wider, 0.0, self.most, xtol=1e-300, rtol=1e-14) if wider(self.most) > 0.0 else self.most
         left, right = self.ends(high)
         middle, half = 0.5 * (left + right), 0.5 * (right - left)
         angle = math.pi * ((np.arange(ANGLES) + 0.5) / ANGLES - 0.5)

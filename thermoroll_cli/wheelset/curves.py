@@ -95,6 +95,13 @@ class ProfileCurve:
         return np.ascontiguousarray(np.concatenate((value, slope), axis=1).T)
 
 
+    @property
+    def to_the_field_side(self) -> Array:
+        """(y, z) of the samples from the smaller to the larger y of both ends, (2, n)."""
+        places = self.samples[:2]
+        return places if places[0, -1] >= places[0, 0] else places[:, ::-1]
+
+
 @lru_cache(maxsize=16)
 def curve(points: Points) -> ProfileCurve:
     """The curve through `points`, kept for the next that asks."""

@@ -88,9 +88,7 @@ def flange_clearance(facing: Facing) -> float:
 def hollow_of(wheel: WheelSide) -> tuple[float, float]:
     """By how much (m) the radius rises again from the flange to the field side, and the profile's y of the highest place there
     (m)."""
-    y, z = curve(wheel.profile).samples[:2]
-    if y[-1] < y[0]:
-        y, z = y[::-1], z[::-1]
+    y, z = curve(wheel.profile).to_the_field_side
     tread = slice(int(np.argmax(z)), None)
     rise = z[tread] - np.minimum.accumulate(z[tread])
     return float(rise.max()), float(y[tread][int(np.argmax(rise))])

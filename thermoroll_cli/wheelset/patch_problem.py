@@ -17,7 +17,7 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.problem.scalar_errors import error_scale, passed_on
 from thermoroll_cli.wheelset.curves import STEP, curve
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.wheelset.one_wheel import Bearing
@@ -148,20 +148,19 @@ class SolvedPatch:
     @property
     def rolling_radius_error(self) -> float:
         """Error of the rolling radius in m: along the wheel, that of the centre of pressure and half a step of samples."""
-        return abs(math.sin(self.angle)) * (1e-3 * self.error_of("contact_y_mm") + 0.5 * STEP)
+        return float(passed_on([1e-3 * self.error_of("contact_y_mm"), 0.5 * STEP], [math.sin(self.angle)] * 2))
 
     def error_of(self, name: str) -> float:
         """Estimated error of a scalar of the contact in its own unit, at the load it has."""
         return self.result.error.get(name, math.nan) * error_scale(name, self.result.summary())
 
-    @property
-    def force_errors(self) -> Array:
-        """Estimated errors of the forces in N, (3,) in track axes, at the load it has."""
+    def force_errors(self, load: float) -> Array:
+        """Estimated errors of the forces in N, (3,) in track axes, with the relative error of the `load`."""
         surface = self.bearing.patch
         across, normal = ((self.error_of("contact_force_y_N"), self.error_of("contact_force_z_N")) if surface.curved else
                           (self.error_of("force_y_N"), 0.0))
-        sine, cosine = abs(math.sin(surface.angle)), abs(math.cos(surface.angle))
-        return np.array([self.error_of("force_x_N"), cosine * across + sine * normal, sine * across + cosine * normal])
+        return passed_on([self.error_of("force_x_N"), across, normal, load],
+                         np.column_stack([*directions(surface.angle), self.force]))
 
 
 def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, result: Result) -> SolvedPatch:

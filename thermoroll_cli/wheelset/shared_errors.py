@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from thermoroll_cli.wheelset.one_wheel import BALANCED
+import numpy as np
+
+from thermoroll_cli.problem.scalar_errors import passed_on
+from thermoroll_cli.wheelset.one_wheel import BALANCED, STIFFENING
 from thermoroll_cli.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.wheelset.solve_wheelset import FINE, SolvedWheelset
-
-STIFFENING = 1.5
-"""Exponent of the load over the approach, of Hertz's contact."""
 
 
 @dataclass(frozen=True)
@@ -33,22 +33,22 @@ def shared_errors(solved: SolvedWheelset) -> SharedErrors:
     At a given height dz = 0. Patches that carry a given force together have dz = Σ k_j e_j/Σ k_j cos α_j, and at about the same
     inclination dW_i = k_i Σ k_j (e_j − e_i)/Σ k_j. Signs are unknown: absolute values add."""
     patches, finds_height = solved.patches, solved.problem.vertical is not None
-    stiffness = [STIFFENING * patch.bearing.load / patch.bearing.sunk for patch in patches]
-    estimated = [patch.bearing.sunk * patch.result.error.get("approach_um", math.nan) for patch in patches]
-    approach = [error + patch.bearing.sunk * _moved(patch) for patch, error in zip(patches, estimated, strict=True)]
-    heights, loads = [0.0], [0.0] * len(patches)
+    sunk, cosines = (np.array(column) for column in ([patch.bearing.sunk for patch in patches],
+                                                     [math.cos(patch.bearing.patch.angle) for patch in patches]))
+    stiffness = STIFFENING * np.array([patch.bearing.load for patch in patches]) / sunk
+    estimated = sunk * np.array([patch.result.error.get("approach_um", math.nan) for patch in patches])
+    approach = estimated + sunk * np.array([_moved(patch) for patch in patches])
+    heights, loads = [0.0], np.zeros(len(patches))
     for group in _carriers(solved):
-        together = sum(stiffness[k] for k in group)
+        own = stiffness[group]
+        by_approach = -np.eye(len(group))
         if finds_height:
-            lowered = sum(stiffness[k] * math.cos(patches[k].bearing.patch.angle) for k in group)
-            heights.append(sum(stiffness[k] * estimated[k] for k in group) / lowered)
-        for i in group:
-            others = sum(stiffness[j] * (approach[j] + approach[i]) for j in group if j != i) / together
-            loads[i] = stiffness[i] * (others if finds_height else approach[i]) / patches[i].bearing.load
-            if finds_height:
-                loads[i] += _unbalanced(patches[i])
+            heights.append(float(passed_on(estimated[group], own / (own @ cosines[group]))))
+            by_approach += own / own.sum()
+            loads[group] = [_unbalanced(patches[i]) for i in group]
+        loads[group] += STIFFENING / sunk[group] * passed_on(approach[group], by_approach)
     roll = sum(heights) / solved.problem.span if solved.problem.finds_roll else 0.0
-    return SharedErrors(max(heights), roll, tuple(loads), _velocity(solved, loads))
+    return SharedErrors(max(heights), roll, tuple(loads.tolist()), _velocity(solved, loads.tolist()))
 
 
 def _velocity(solved: SolvedWheelset, loads: Sequence[float]) -> float:
@@ -57,8 +57,7 @@ def _velocity(solved: SolvedWheelset, loads: Sequence[float]) -> float:
     limit = sum(patch.result.problem.traction_limit for patch in solved.patches)
     if not solved.problem.finds_speed or not limit:
         return 0.0
-    forces = sum(patch.force_errors[0] + load * abs(patch.force[0])
-                 for patch, load in zip(solved.patches, loads, strict=True))
+    forces = sum(patch.force_errors(load)[0] for patch, load in zip(solved.patches, loads, strict=True))
     return float(forces / limit + FINE) / abs(solved.drive_slope)
 
 

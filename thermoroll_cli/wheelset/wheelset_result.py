@@ -14,7 +14,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_side
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale
+from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale, passed_on
 from thermoroll_cli.wheelset.first_contact import touching, wheelset_warnings
 from thermoroll_cli.wheelset.one_wheel import SAME_PATCH
 from thermoroll_cli.wheelset.patch_problem import SolvedPatch
@@ -259,7 +259,7 @@ class _Whole:
     def force_errors(self) -> dict[str, float]:
         """Errors of the forces on the rails over the vertical one. A vertical force that is given has none."""
         problem, vertical = self.solved.problem, max(abs(self.scalars["track_force_z_N"]), 1e-300)
-        of_patches = [(patch.side, patch.force_errors + load * np.abs(patch.force))
+        of_patches = [(patch.side, patch.force_errors(load))
                       for patch, load in zip(self.patches, self.shared.loads, strict=True)]
         of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3)) / vertical
                     for side in problem.sides}  # fmt: skip
@@ -290,7 +290,8 @@ class _Whole:
             lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
             ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
             errors[f"lateral_over_vertical_{side}"] = (
-                (lateral + abs(ratio) * vertical) * abs(scalars["track_force_z_N"]) / carried if carried else math.nan)
+                float(passed_on([lateral, vertical], [1.0, ratio])) * abs(scalars["track_force_z_N"]) / carried
+                if carried else math.nan)
         errors |= {name: error / (error_scale(name, scalars) or math.nan) for name, (_, error) in self.together.items()
                    if error is not None}
         rises = [self.together[name][1] or 0.0 for name in (f"temperature_rise_max_{body}_K" for body in BODIES)

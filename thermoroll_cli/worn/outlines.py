@@ -124,9 +124,7 @@ def flange(points: Points, back: float) -> tuple[float, float, float]:
     """Height Sh, thickness Sd and gradient qR (m) of the flange of a wheel's outline after EN 15313, whose flange back is at
     y = `back`: from the datum 70 mm from the back to the tip, from the back to the flange 10 mm above the datum, and from there
     to the flange 2 mm below the tip, across. nan where the outline does not reach there."""
-    y, z = curve(points).samples[:2]
-    if y[-1] < y[0]:
-        y, z = y[::-1], z[::-1]
+    y, z = curve(points).to_the_field_side
     tip = int(np.argmax(z))
     tread = y[tip:], z[tip:]
     if not tread[0][0] < back + FLANGE_BACK_TO_DATUM <= tread[0][-1]:

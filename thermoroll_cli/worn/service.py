@@ -8,6 +8,7 @@ of a wheel. Every position is solved from nothing, so that neither their order n
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -19,6 +20,7 @@ from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BodyName, Wear, WornBody, planar
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import passed_on
 from thermoroll_cli.steady_state.scalars import worn_per_passage
 from thermoroll_cli.tasks.journal import Journal, Record
 from thermoroll_cli.tasks.runner import Item, Workers, run
@@ -205,7 +207,7 @@ def _solved(positions: list[tuple[float, WheelsetProblem]], state: WearState, ou
                                for weight, record in zip(weights, records, strict=True)))
         rates[name] = outline.smoothed(total, wear.smoothing) / track_length(problem, wear, name)
         area = float(total.sum()) * outline.size
-        error = math.fsum(weight * record["errors"][name][1] for weight, record in zip(weights, records, strict=True))
+        error = float(passed_on([record["errors"][name][1] for record in records], weights))
         errors[name] = max(record["errors"][name][0] for record in records), error / area if area else 0.0
     lightest = min(1e6 * record["columns"]["pressure_max_MPa"][0] for record in records)
     stable = STABLE_SHARE * max(wear.smoothing, ROW) * lightest / problem.contact.contact_modulus
@@ -216,9 +218,10 @@ def _solved(positions: list[tuple[float, WheelsetProblem]], state: WearState, ou
 
 def _of_results(weights: list[float], found: Sequence[Mapping[str, tuple[float, float]]]) -> Columns:
     """Means of some scalars of the positions, and the largest of others, with their errors."""
-    columns: Columns = {name: (math.fsum(weight * each[name][0] for weight, each in zip(weights, found, strict=True)),
-                               math.fsum(weight * each[name][1] for weight, each in zip(weights, found, strict=True)))
-                        for name in MEANS}
+    columns: Columns = {}
+    for name in MEANS:
+        values, errors = zip(*(each[name] for each in found), strict=True)
+        columns[name] = math.fsum(map(operator.mul, weights, values)), float(passed_on(errors, weights))
     return columns | {name: max((each[name] for each in found if name in each), key=lambda column: abs(column[0]))
                       for name in LARGEST if any(name in each for each in found)}
 

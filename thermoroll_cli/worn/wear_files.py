@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,6 +14,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.problem.geometry import surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Wear, planar
 from thermoroll_cli.steady_state.scalars import sliding
@@ -66,11 +65,7 @@ def resumed(journal: Mapping[str, Record]) -> WearState | None:
 
 def table(rows: Sequence[Record]) -> bytes:
     """The rows as CSV, the errors last."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(rows[0])
-    writer.writerows([f"{row.get(name, np.nan):.7g}" for name in rows[0]] for row in rows)
-    return text.getvalue().encode()
+    return csv_text(rows[0], ([f"{row.get(name, np.nan):.7g}" for name in rows[0]] for row in rows)).encode()
 
 
 @dataclass(frozen=True)

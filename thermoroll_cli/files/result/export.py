@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 import pathlib
@@ -16,6 +14,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.atomic import replacing, write_bytes
+from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
@@ -45,10 +44,9 @@ def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     hdf5 = os.path.relpath(os.path.realpath(result_path), os.path.dirname(os.path.realpath(out)))
     root = ElementTree.Element("Xdmf", Version="2.0")
     domain = ElementTree.SubElement(root, "Domain")
-    for patch in result.contacts:
-        _add_contact(domain, patch, f"{patch.name}: ", f"{hdf5}:/patches/{patch.name}")
-    if not result.assembly:
-        _add_contact(domain, result, "", f"{hdf5}:")
+    for name, contact in result.by_suffix.items():
+        inside = f"/patches/{contact.name}" if name else ""
+        _add_contact(domain, contact, f"{contact.name}: " if name else "", f"{hdf5}:{inside}")
     ElementTree.indent(root)
     write_bytes(out, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
     return [pathlib.Path(out)]
@@ -120,11 +118,11 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
     Returns the files written. Raises ResultFileError, WriteError.
     """
     result, path = read_result(result_path), pathlib.Path(out)
-    if not result.assembly:
-        return _export_points(result, path)
-    write_bytes(path, _patch_table(result.records).encode())
-    return [path, *(file for patch in result.contacts
-                    for file in _export_points(patch, path.with_name(f"{path.stem}_{patch.name}{path.suffix}")))]
+    if result.assembly:
+        write_bytes(path, _patch_table(result.records).encode())
+    return [*([path] if result.assembly else []), *(
+        file for name, contact in result.by_suffix.items()
+        for file in _export_points(contact, path.with_name(f"{path.stem}{name}{path.suffix}")))]
 
 
 def _patch_table(patches: Sequence[Mapping[str, Any]]) -> str:
@@ -132,11 +130,7 @@ def _patch_table(patches: Sequence[Mapping[str, Any]]) -> str:
     rows = [patch | {f"error.{name}": error for name, error in patch["error"].items() if not math.isnan(error)}
             for patch in map(dict, patches)]
     columns = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "error"]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns or ["side", "number"], restval="", extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return csv_text(columns or ["side", "number"], ([row.get(name, "") for name in columns] for row in rows))
 
 
 def _export_points(result: Result, path: pathlib.Path) -> list[pathlib.Path]:
@@ -165,15 +159,13 @@ def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pat
 
     Raises ResultFileError where the file holds no stresses there, ValueError for a line outside the domain, WriteError.
     """
-    result, path = read_result(result_path), pathlib.Path(out)
-    if not result.assembly:
-        return _export_line(result_path, result, path, y, z)
-    stem = path.name.removesuffix("_history.csv")
-    return [file for patch in result.contacts
-            for file in _export_line(result_path, patch, path.with_name(f"{stem}_{patch.name}_history.csv"), y, z)]
+    path = pathlib.Path(out)
+    end = "_history.csv" if path.name.endswith("_history.csv") else path.suffix
+    return [_export_line(result_path, contact, path.with_name(f"{path.name.removesuffix(end)}{name}{end}"), y, z)
+            for name, contact in read_result(result_path).by_suffix.items()]
 
 
-def _export_line(result_path: Path, result: Result, out: pathlib.Path, y: float, z: float) -> list[pathlib.Path]:
+def _export_line(result_path: Path, result: Result, out: pathlib.Path, y: float, z: float) -> pathlib.Path:
     if not result.bodies:
         raise ResultFileError(f"{result_path}: no stresses below the surface in it; the case has no table [subsurface]")
     columns: dict[str, AnyArray] = {}
@@ -191,7 +183,7 @@ def _export_line(result_path: Path, result: Result, out: pathlib.Path, y: float,
         ordered = (SUBSURFACE_FIELDS[name] for name in dict.fromkeys((*STRESSES, *SUBSURFACE_FIELDS)) if name in line)
         columns |= dict(_column(field, line[field.name], f"{body}_") for field in ordered)
     _write_csv(out, columns)
-    return [out]
+    return out
 
 
 def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping[str, AnyArray] | None:
