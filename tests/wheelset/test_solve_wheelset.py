@@ -28,7 +28,7 @@ from thermoroll_cli.problem.scalar_errors import absolute_error
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
+from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver, solve_wheelset
 
 TEXT = f"""
 title = "Manchester"
@@ -272,6 +272,18 @@ def test_a_wheel_beside_its_rail_is_invalid(tmp_path):
 def test_a_case_survives_its_json():
     case = Case.parse(TEXT, name="case.toml")
     assert Case.from_json(case.to_json()).task == case.task
+
+
+def test_a_sweep_onto_the_flange_starts_anew():
+    """The next point rests on the flange, of which the last one says nothing: few rounds find what one alone finds."""
+    text = TEXT.replace("yaw_mrad = 9.6", "yaw_mrad = 0.0").replace("grid = 24", "grid = 12")
+    before, flange = (Case.parse(text.replace("shift_mm = 4.0", f"shift_mm = {shift}")).task for shift in (6.0, 6.5))
+    solver = WheelsetSolver()
+    solver.solve(before)
+    found, alone = solver.solve(flange), solve_wheelset(flange)
+    assert found.converged and found.work["rounds"] <= alone.work["rounds"] + 4
+    for name in ("track_force_x_right_N", "track_force_y_right_N"):
+        assert found[name] == pytest.approx(alone[name], abs=2e-4 * 20e3), name
 
 
 def test_a_sweep_over_the_shift(tmp_path):

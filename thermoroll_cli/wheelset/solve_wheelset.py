@@ -75,7 +75,7 @@ def balanced(problem: WheelsetProblem, roll: float, before: SolvedWheelset | Non
     state = _Search(problem, roll, before, report, solvers, threads)
     rough = _rough(problem)
     try:
-        if not state.known:
+        if not state.known or state.moved_on():
             state.guess()
         coarse = np.zeros(0)
         if rough is not problem:
@@ -115,6 +115,15 @@ class _Search:
             self.known = [(patch.side, patch.solved) for patch in before.patches]
             if given is None:
                 self.velocity = before.angular_velocity * problem.motion.speed / before.problem.motion.speed
+
+    def moved_on(self) -> bool:
+        """Whether the wheelset rests on other patches than before, or on none by what is known of these."""
+        before = self.known
+        try:
+            self._stand(ROUGH)
+        except NoHeight:
+            self.known = []
+        return not self.known or not _alike(before, self.loaded)
 
     def guess(self) -> None:
         """Ratios of forces and angular velocity by estimates of friction, unless no height is found with these."""
