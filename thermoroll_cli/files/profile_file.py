@@ -158,7 +158,7 @@ def flange_side(points: Sequence[Sequence[float]]) -> int:
 def _enough(points: Points, name: str) -> Points:
     if len(points) < 2:
         raise TableError(f"{name}: a profile has two points at least, here are {len(points)}",
-                           "give a text file with two columns, y and height in mm, or a .prr, .prw, .ban or .whl file")
+                         "give a text file with two columns, y and height in mm, or a .prr, .prw, .ban or .whl file")
     if len(points) > LARGEST_PROFILE:
         raise TableError(f"{name}: {len(points)} points are too many, at most {LARGEST_PROFILE}", "leave some of them out")
     return points
@@ -203,7 +203,7 @@ def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
         blank = 0
         if len(entries) == 1 or "" in entries:
             raise TableError(f"{name}, line {number}: one number instead of two: {_short(text)}",
-                               "a row has y and height: fill it in or delete it")
+                             "a row has y and height: fill it in or delete it")
         if len(entries) != 2:
             commas = len(entries) == 4 and ";" not in text
             hint = "where numbers have a comma, separate the columns by semicolons" if commas else "keep y and height only"
@@ -211,7 +211,7 @@ def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
         y, height = values
         if y is None or height is None:
             raise TableError(f"{name}, line {number}: not a number: {_short(entries[values.index(None)])}",
-                               "a number has a point or a comma before its decimals, and nothing between thousands")
+                             "a number has a point or a comma before its decimals, and nothing between thousands")
         points[number] = [y, height]
     return points
 
@@ -266,7 +266,7 @@ def _simpack(lines: list[str], name: str) -> Reading:
             keys[key] = scalar
     if keys.get("rotate"):
         raise TableError(f"{name}: a rotated profile (rotate = {keys['rotate']:g}) is not supported",
-                           "rotate = 0, and tilt_mrad in the case")
+                         "rotate = 0, and tilt_mrad in the case")
     low, high = keys.get("bound.y.min", 0.0), keys.get("bound.y.max", 0.0)
     side = -1.0 if keys.get("mirror.y") else 1.0
     down = -1.0 if keys.get("mirror.z") else 1.0

@@ -81,12 +81,12 @@ def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
     shares = moduli[1:] / modulus
     if moduli[0] < LEAST_SHARE * modulus:
         raise TableError(f"{name}: at {frequency.min():g} Hz the body still relaxes, and no modulus is seen to remain",
-                           "measure lower frequencies, or give relaxation = [[share, time], …]")
+                         "measure lower frequencies, or give relaxation = [[share, time], …]")
     series = tuple((float(share), float(time)) for share, time in zip(shares, np.logspace(*ends, count), strict=True)
                    if share > LEAST_SHARE)
     if not series:
         raise TableError(f"{name}: nothing relaxes between {frequency.min():g} and {frequency.max():g} Hz",
-                           "leave relaxation_file out")
+                         "leave relaxation_file out")
     return MeasuredSeries(series, name, omega.size, float(frequency.min()), float(frequency.max()), modulus,
                           float(moduli[0] / modulus), float(misfit) / math.sqrt(omega.size))
 

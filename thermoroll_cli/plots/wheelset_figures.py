@@ -125,16 +125,16 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
     shown = [_cropped(patch, value) for patch, value in zip(result.contacts, values, strict=True)]
     widths, heights = ([float(np.ptp(axis)) + axis[1] - axis[0] for axis in axes]
                        for axes in zip(*((y, x) for x, y, *_ in shown), strict=True))  # fmt: skip
-    across = style.DOUBLE - LEFT - BAR - BETWEEN * (len(shown) - 1)
-    per_mm = min(across / sum(widths), TALLEST_MAP / max(heights), LARGEST_SCALE)
+    beside = LEFT + BAR + BETWEEN * (len(shown) - 1)
+    per_mm = min((style.DOUBLE - beside) / sum(widths), TALLEST_MAP / max(heights), LARGEST_SCALE)
     tall = per_mm * max(heights)
-    page = next(page for page in (style.SINGLE, style.DOUBLE) if page - style.DOUBLE + across > 0.999 * per_mm * sum(widths))
+    page = next(page for page in (style.SINGLE, style.DOUBLE) if page - beside > 0.999 * per_mm * sum(widths))
     handles = kinds_of_borders(borders for *_, borders, _ in shown)
     foot = FOOT + style.legend_height(handles, page)
     figure = Figure(figsize=(page, foot + tall + HEAD))
     norm = Normalize(lowest, max(float(np.nanmax(value)) for value in values))
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
-    left = LEFT + 0.5 * max(page - style.DOUBLE + across - per_mm * sum(widths), 0.0)
+    left = LEFT + 0.5 * max(page - beside - per_mm * sum(widths), 0.0)
     for patch, (x, y, value, borders, place), width, height in zip(result.contacts, shown, widths, heights, strict=True):
         axes = style.add_axes(figure, left, foot + 0.5 * (tall - per_mm * height), per_mm * width, per_mm * height)
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))

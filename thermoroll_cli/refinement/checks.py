@@ -40,7 +40,7 @@ def failures(cold: Level, hot: Level | None) -> list[str]:
     reasons = [f"isothermal state: {reason}" for reason in _state_failures(cold)]
     if not derived.scales.converged:
         reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
-    if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim and not any(_too_little(cold)):
+    if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim and not _too_little(cold):
         falls = derived.problem.friction_varies
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
         reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
@@ -126,22 +126,23 @@ def _relaxes_much(derived: DerivedQuantities) -> str:
         f"times their instantaneous compliance, and above {MOST_RELAXED:g} pressures are not found at all speeds")
 
 
-def _too_little(level: Level) -> Iterator[str]:
-    """Whether friction carries less than the prescribed force: what else fails follows from that."""
+def _too_little(level: Level) -> str:
+    """The reason where friction carries less than the prescribed force, from which follows what else fails. Empty elsewhere."""
     discretisation, contact = level.here, level.contact
     problem = discretisation.derived.problem
     force = problem.prescribed_force
     limit = float(contact.traction_bound(problem.friction.coefficient).sum()) * discretisation.grid.element_area
     if problem.interlayer.yield_stress is not None and force > limit:
-        yield f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed {force:.6g} N"
-    elif problem.friction_varies:
-        warm = replace(contact, friction=friction_of(discretisation, discretisation.heat(contact)))
-        if (missing := reserve(discretisation, warm)) < 0.0:
-            yield (f"friction falls with the temperature: at those of the last iteration it carries {force + missing:.6g} N, "
-                   f"less than the prescribed {force:.6g} N. That is not the largest force that has a steady state: sweep the "
-                   "creepage to find it")
-    elif (missing := reserve(discretisation, contact)) < 0.0:
-        yield (f"friction across the contact carries {force + missing:.6g} N at most, less than the prescribed {force:.6g} N")
+        return f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed {force:.6g} N"
+    if problem.friction_varies:
+        contact = replace(contact, friction=friction_of(discretisation, discretisation.heat(contact)))
+    if not (missing := reserve(discretisation, contact)) < 0.0:
+        return ""
+    if problem.friction_varies:
+        return (f"friction falls with the temperature: at those of the last iteration it carries {force + missing:.6g} N, "
+                f"less than the prescribed {force:.6g} N. That is not the largest force that has a steady state: sweep the "
+                "creepage to find it")
+    return f"friction across the contact carries {force + missing:.6g} N at most, less than the prescribed {force:.6g} N"
 
 
 def _state_failures(level: Level) -> list[str]:
@@ -152,8 +153,8 @@ def _state_failures(level: Level) -> list[str]:
     everything = (normal.pressure, normal.displacement, tangential.traction, tangential.slip, tangential.heat)
     if not all(np.isfinite(f).all() for f in everything):
         return ["a field is not finite"]
-    if too_little := list(_too_little(level)):
-        return too_little
+    if too_little := _too_little(level):
+        return [too_little]
     load = discretisation.pressure.load(normal) / problem.normal_force
     if problem.approach is None and abs(load - 1.0) > BALANCE_ERROR:
         reasons.append(f"pressure carries {load:.6f} of the load")

@@ -134,28 +134,25 @@ def converges_one_way(before: float, last: float) -> bool:
     return last * before > 0.0 and abs(last) < abs(before)
 
 
-def estimates(
-    levels: Levels, derived: DerivedQuantities, elements: float, plan: Plan, without: Collection[str] = ()
-) -> dict[str, float]:
-    """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
-    `error_scale`; `elements` counts those over 1.1 diameters of the contact.
+def estimates(grid: Resolution, without: Collection[str] = ()) -> dict[str, float]:
+    """Estimated error of each reported scalar on the `grid`, over its `error_scale`.
 
     nan for what is given or `without` an estimate and for one grid alone, 0 for what symmetry makes zero. Creepages that are
     found for a force, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a
     circle), so the error of √γ_st that no grid sees is added to theirs; what grids see is in their own changes."""
-    grid, errors = Resolution(levels, derived, elements, plan), {}
+    problem, errors = grid.derived.problem, {}
     for name, scalar in SCALARS.items():
-        if holds(scalar.given, derived.problem) or name in without or math.isnan(levels[-1].get(name, math.nan)):
+        if holds(scalar.given, problem) or name in without or math.isnan(grid.levels[-1].get(name, math.nan)):
             errors[name] = math.nan
         else:
             errors[name] = 0.0 if grid.knows(scalar) else grid.error_of(scalar)
     summary = grid.summary
     if (mean := summary["friction_mean"]) > 0.0:  # nan without friction
         # Elements that wrongly stick or slip have the coefficient at rest in place of the mean, or the reverse.
-        mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
-        lost = abs(derived.problem.friction.at_rest - mean)
+        mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / grid.elements)
+        lost = abs(problem.friction.at_rest - mean)
         errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
-    if derived.problem.prescribed_force:
+    if problem.prescribed_force:
         of_stick = math.sqrt(summary["gamma_st"] + SAFETY * grid.unresolved("stick")) - math.sqrt(summary["gamma_st"])
         for name in (*CREEPAGES, *of_kind("integral", "exchanged heat")):
             errors[name] += SPREAD * of_stick
@@ -165,7 +162,7 @@ def estimates(
 @dataclass(frozen=True)
 class Resolution:
     """What a grid with so many `elements` over 1.1 diameters of the contact does not see, from the scalars on it and on coarser
-    ones (`levels`)."""
+    ones (`levels`, coarse to fine, each side doubled)."""
 
     levels: Levels
     derived: DerivedQuantities
@@ -400,7 +397,7 @@ def stress_estimates(grids: Sequence[Collector], reference: Mapping[str, Any], g
     errors |= dict.fromkeys(finest.cut_off | finest.without_peak(), math.nan)
     parts = finest.parts()
     on_each = [each.rivals(parts) for each in grids]
-    for quantity in parts if len(grids) > 1 else ():
+    for quantity in on_each[-1] if len(grids) > 1 else ():
         _count_rivals(errors, quantity, finest.body, [rivals[quantity] for rivals in on_each], reference, grid)
     return errors
 

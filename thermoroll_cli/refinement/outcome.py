@@ -34,11 +34,12 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     derived = replace(plan.derived, problem=problem)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
     sharp = sharp_places(last.here, last.contact)
-    errors = estimates(by_level, derived, last.elements_across, plan, {*sharp.unbounded, *sharp.unresolved})
+    resolution = Resolution(by_level, derived, last.elements_across, plan)
+    errors = estimates(resolution, {*sharp.unbounded, *sharp.unresolved})
     reasons = failures(isothermal, None if hot is cold else last)
     warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp.warnings]
     heat = last.here.heat(last.contact) if plan.runs("heat") else None
-    warnings += warnings_after(derived, last, heat, Resolution(by_level, derived, last.elements_across, plan).edge)
+    warnings += warnings_after(derived, last, heat, resolution.edge)
     wanted = problem.numerics.accuracy
     if wanted is not None:
         missed = missed_accuracy(errors, by_level[-1], wanted, problem.interlayer.compliance > 0.0)

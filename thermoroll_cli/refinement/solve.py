@@ -8,7 +8,7 @@ from typing import Any
 
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
+from thermoroll_cli.refinement.error_estimates import Resolution, estimates, missed_accuracy
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
 from thermoroll_cli.refinement.neighbours import on_grid
@@ -120,5 +120,5 @@ def _accurate_enough(plan: Plan, levels: list[Level]) -> bool:
     wanted, scalars = plan.derived.problem.numerics.accuracy, scalars_by_level(levels)
     if wanted is None or len(scalars) < 3:
         return False
-    errors = estimates(scalars, plan.derived, levels[-1].elements_across, plan)
+    errors = estimates(Resolution(scalars, plan.derived, levels[-1].elements_across, plan))
     return not missed_accuracy(errors, scalars[-1], wanted, plan.derived.problem.interlayer.compliance > 0.0)

@@ -170,10 +170,9 @@ class Collector:
 
     def parts(self) -> dict[str, dict[str, slice]]:
         """The depths "below" the surface and those at the "surface", each of which may hold the largest of a stress, by the
-        beginning of the name of its scalar. At z = 0 the range of σ_xz is the "traction". What grows on from the surface into
-        the body is no peak of the surface."""
-        peaks = {} if self.strength is None else self.strength.peaks()
-        parts = {name: {"below": slice(1, None), "surface": slice(1)} for name in peaks}
+        beginning of the name of its scalar, but for strength (`rivals`). At z = 0 the range of σ_xz is the "traction". What
+        grows on from the surface into the body is no peak of the surface."""
+        parts = {}
         for name, values in self.profiles().items():
             if (stress := name.removeprefix("elastic_")) in LARGEST:
                 first, near = (1, self.shallow) if stress == RANGE else (0, self.near)
@@ -185,14 +184,14 @@ class Collector:
         return parts
 
     def rivals(self, parts: dict[str, dict[str, slice]]) -> dict[str, dict[str, Peak]]:
-        """The largest stress of each of the `parts` of the depths."""
+        """The largest stress of each of the `parts` of the depths, and what strength needs at the surface and below it."""
         peaks = {} if self.strength is None else self.strength.peaks()
         rivals = {name: {"below": below, "surface": surface} for name, (surface, below) in peaks.items()}
-        for name in parts.keys() - peaks.keys():
+        for name, words in parts.items():
             judged, stress = self.total, name.removesuffix("_max")
             if stress.startswith("elastic_"):
                 judged, stress = self.elastic, stress.removeprefix("elastic_")
-            rivals[name] = {word: self._largest(judged, (stress,), part=part)[stress] for word, part in parts[name].items()}
+            rivals[name] = {word: self._largest(judged, (stress,), part=part)[stress] for word, part in words.items()}
         return rivals
 
     def at_surface(self) -> set[str]:

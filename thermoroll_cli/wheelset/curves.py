@@ -94,7 +94,6 @@ class ProfileCurve:
         slope = sum((order - k) * c[k] * powers ** (order - k - 1) for k in range(order))
         return np.ascontiguousarray(np.concatenate((value, slope), axis=1).T)
 
-
     @property
     def to_the_field_side(self) -> Array:
         """(y, z) of the samples from the smaller to the larger y of both ends, (2, n)."""
