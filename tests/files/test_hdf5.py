@@ -186,7 +186,7 @@ def test_files_that_are_not_results_are_named(tmp_path: pathlib.Path, stored: pa
     shutil.copy(stored, tmp_path / "newer.h5")
     with h5py.File(tmp_path / "newer.h5", "r+") as file:
         file.attrs["format_version"] = 99
-    says(tmp_path / "newer.h5", r"result format 99, written by thermoroll .*; this version reads format 2 and 3 only")
+    says(tmp_path / "newer.h5", r"result format 99, written by thermoroll .*; this version reads format 3 only: make it again")
     shutil.copy(stored, tmp_path / "holed.h5")
     with h5py.File(tmp_path / "holed.h5", "r+") as file:
         del file["summary"]

@@ -15,7 +15,6 @@ from tests.support.cases import findings, parse
 from tests.support.command_line import MECHANICAL, THERMAL, thermoroll
 from tests.support.scenes import STEEL, article_4_1, on_grid, order, reference, rolling, saturation, solved
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.case_model import MOVED
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction, Interlayer
@@ -333,16 +332,6 @@ def test_keys_of_the_case_file():
         assert finding.key == "friction." + wrong.split("=")[0]
     (finding,) = findings(MECHANICAL, "friction.temperature_slope=1e-3")
     assert "temperature_slope_1_K" in finding.hint
-
-
-def test_keys_of_earlier_versions_name_their_present_place():
-    for old, new in MOVED.items():
-        (finding,) = findings(MECHANICAL, f"{old}=0.1")
-        assert finding.message == "unknown key" and finding.hint == f"it is now {new.removeprefix('friction.')} in [friction]"
-    # A result file of an earlier version is solved again as it was.
-    resolved = json.loads(parse(THERMAL, "friction.temperature_slope_1_K=2e-3").to_json())
-    resolved["load"]["friction_temperature_slope_1_K"] = resolved.pop("friction")["temperature_slope_1_K"]
-    assert Case.from_json(json.dumps(resolved)).problem.friction.slope == 2e-3
 
 
 def test_run_from_the_command_line(tmp_path):

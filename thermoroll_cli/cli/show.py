@@ -9,7 +9,7 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align, folded, with_remarks
-from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.case import Case, CaseError, shown
 from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.files.relaxation_file import series_words
 from thermoroll_cli.problem.names import ALL_SCALARS
@@ -108,7 +108,7 @@ def _input_lines(case: Case, width: int) -> Iterator[str]:
     title = case.settings.title
     yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
     table = [("inputs", "", "in SI")]
-    table += [(f"  {item.key}", item.shown, item.shown_si) for item in case.inputs if item.key != "title"]
+    table += [(f"  {item.key}", shown(item.value), item.shown_si) for item in case.inputs if item.key != "title"]
     yield from (line[2:] for line in align(table))
     if case.profiles:
         yield "files as they were read"

@@ -101,7 +101,7 @@ class Case:
 
     @classmethod
     def from_json(cls, text: str, *, name: str = "case") -> Case:
-        """The case that `to_json` wrote, of this version or an earlier one.
+        """The case that `to_json` wrote.
 
         Parameters:
 
@@ -114,13 +114,10 @@ class Case:
             content = json.loads(text)
             for radii in (table for table in INFINITE if table in content):
                 content[radii] = {key: math.inf if value == "inf" else value for key, value in content[radii].items()}
-            for old, new in model.MOVED.items():
-                (table, key), (new_table, new_key) = old.split("."), new.split(".")
-                if key in content[table]:
-                    content.setdefault(new_table, {})[new_key] = content[table].pop(key)
+            written = tomli_w.dumps(content)
         except (ValueError, KeyError, TypeError, AttributeError):
             raise CaseError([Finding("no resolved case in it", source=name)]) from None
-        return cls.parse(tomli_w.dumps(content), name=name)
+        return cls.parse(written, name=name)
 
     @classmethod
     def of(cls, case: Case | Mapping[str, Any] | str | os.PathLike[str]) -> Case:
@@ -217,7 +214,7 @@ class Case:
     def _repr_html_(self) -> str:
         """A table of the inputs, for notebooks."""
         rows = "".join(
-            f"<tr><td>{html.escape(item.key)}</td><td>{html.escape(item.shown)}</td><td>{html.escape(item.shown_si)}</td></tr>"
+            f"<tr><td>{html.escape(item.key)}</td><td>{html.escape(shown(item.value))}</td><td>{html.escape(item.shown_si)}</td></tr>"
             for item in self.inputs if item.key != "title")  # fmt: skip
         title = html.escape(f"{self.name}: {self.settings.title}" if self.settings.title else self.name)
         return f"<table><caption>{title}</caption><tr><th>key</th><th>value</th><th>in SI</th></tr>{rows}</table>"
@@ -252,11 +249,6 @@ class Input:
     unit: str
 
     @property
-    def shown(self) -> str:
-        """The value in the unit of the key, as text."""
-        return shown(self.value)
-
-    @property
     def shown_si(self) -> str:
         """The value in SI units, where those say more than the number alone."""
         return f"{self.si:.6g} {self.unit}" if self.si is not None and self.unit else ""
@@ -278,6 +270,7 @@ def inputs(table: model.Table, prefix: str = "") -> Iterator[Input]:
 
 
 def shown(value: Any) -> str:
+    """A value in the unit of its key, as text."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, list | tuple):

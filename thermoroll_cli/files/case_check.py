@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
-from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, Settings
+from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
 from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
@@ -312,10 +312,6 @@ def _value_hint(value: Any, entry: Entry) -> str:
 
 def _unknown_key(table: KeyPath, key: str) -> str:
     """Help for `key`, which `table` does not have."""
-    for old, new in MOVED.items():
-        if _alike(old, ".".join(map(str, (*table, key)))):
-            new_table, _, new_key = new.rpartition(".")
-            return f"it is now {new_key} in [{new_table}]"
     known = known_keys(table)
     unit = UNIT_AT_END.search(key)
     same = _same_quantity(key, known)

@@ -27,8 +27,6 @@ CROWN = ("length_mm", "drop_um", "flat_mm")
 FLANGE, BACK_TO_TIP, BACK_TOLERANCE = 10.0, 20.0, 3.0
 """Of the outline of a wheel in mm: z beyond which it has a flange; from the flange's back to where an outline without it may
 begin, at the tip; how far an outline may go on beyond the given back."""
-MOST_FRICTION = 2.0
-"""Largest coefficient of friction of a table, as for a coefficient of its own."""
 
 
 @dataclass(frozen=True)
@@ -189,7 +187,7 @@ def _friction_places(friction: model.FrictionTable, load: model.LoadTable, secti
 
 def _curve(
     path: KeyPath, points: list[list[float]], ends: tuple[float, float], unit: str, allowed: str,
-    words: str = "coefficient", most: float = MOST_FRICTION,
+    words: str = "coefficient", most: float = 2.0,
 ) -> Iterator[Conflict]:
     """The first fault of pairs [place, value]: places increase between the `ends`, values (`words`) are 0 to `most`."""
     before = -math.inf
@@ -215,21 +213,17 @@ def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Itera
             yield Conflict(("friction", key), "belongs to a law of friction, and law is missing", "friction.law beside it")
         elif given and key not in needed:
             yield Conflict(("friction", key), f'does not belong to law = "{law}"', "the keys of one law")
-    if law is None:
+    if law != "table" or not friction.table:
         return
-    if law == "table":
-        of = "load.friction_coefficient" if load.friction_coefficient is not None else "the largest coefficient of all places"
-        yield from _friction_points(friction.table or [], model.coefficient_at_rest(load, friction), of)
-
-
-def _friction_points(points: list[list[float]], at_rest: float, of: str) -> Iterator[Conflict]:
     path, allowed = ("friction", "table"), "pairs [slip speed, coefficient], slip speeds increasing from 0"
-    if points and points[0][0] != 0.0:
-        yield Conflict(path, f"begins at a slip speed of {points[0][0]:g} m/s", allowed)
-    elif points and not math.isclose(points[0][1], at_rest):
-        yield Conflict(path, f"has {points[0][1]:g} without slip, but {of} is {at_rest:g}",
+    (first, coefficient), at_rest = friction.table[0], model.coefficient_at_rest(load, friction)
+    if first != 0.0:
+        yield Conflict(path, f"begins at a slip speed of {first:g} m/s", allowed)
+    elif not math.isclose(coefficient, at_rest):
+        of = "load.friction_coefficient" if load.friction_coefficient is not None else "the largest coefficient of all places"
+        yield Conflict(path, f"has {coefficient:g} without slip, but {of} is {at_rest:g}",
                        "the same coefficient without slip", other=("load", "friction_coefficient"))
-    yield from _curve(path, points, (-math.inf, math.inf), "m/s", allowed)
+    yield from _curve(path, friction.table, (-math.inf, math.inf), "m/s", allowed)
 
 
 def _interlayer(layer: model.InterlayerTable) -> Iterator[Conflict]:
@@ -353,21 +347,18 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
             yield Conflict(("wear", body), f"the {body} body is flat along rolling and has no circumference", "track_length_m",
                            at_key=True)
     for body in bodies:
-        given = getattr(wear, body).specific_wear_rate_mm3_Nm
-        yield from _wear_regimes(("wear", body, "specific_wear_rate_mm3_Nm"), given if isinstance(given, list) else [])
+        path, rates = ("wear", body, "specific_wear_rate_mm3_Nm"), getattr(wear, body).specific_wear_rate_mm3_Nm
+        if isinstance(rates, list):
+            yield from _curve(path, rates, (math.ulp(0.0), 1e9), "N/mm2",
+                              "pairs [T_gamma/A, rate], T_gamma/A increasing from above 0 to 1e9", "rate", 1e6)
+            if not any(rate > 0.0 for _, rate in rates):
+                yield Conflict(path, "no point has a rate above 0", "a rate above 0")
     if wear.positions is not None and sections.get("wheelset", wear) is None:
         yield Conflict(("wear", "positions"), "are those of a wheelset", "[wheelset] and [track]", at_key=True)
     for number, (weight, keys) in enumerate(wear.positions or (), 1):
         if isinstance(weight, dict) or not isinstance(keys, dict):
             yield Conflict(("wear", "positions"), f"position {number} is no pair of a weight and keys",
                            "pairs [weight, {KEY = value, …}]", at_key=True)
-
-
-def _wear_regimes(path: KeyPath, points: list[list[float]]) -> Iterator[Conflict]:
-    yield from _curve(path, points, (math.ulp(0.0), 1e9), "N/mm2",
-                      "pairs [T_gamma/A, rate], T_gamma/A increasing from above 0 to 1e9", "rate", 1e6)
-    if points and not any(rate > 0.0 for _, rate in points):
-        yield Conflict(path, "no point has a rate above 0", "a rate above 0")
 
 
 def _strength(sections: Sections, strength: model.StrengthTable) -> Iterator[Conflict]:

@@ -10,8 +10,6 @@ from rich.cells import cell_len
 
 KeyPath = tuple[str | int, ...]
 
-_SNIPPET_WIDTH = 100
-
 _STRING = r""""(?:\\.|[^"\\])*"|'[^']*'"""
 _PART = re.compile(rf"[A-Za-z0-9_-]+|{_STRING}")
 _DOTTED = rf"(?:[A-Za-z0-9_-]+|{_STRING})(?:[ \t]*\.[ \t]*(?:[A-Za-z0-9_-]+|{_STRING}))*"
@@ -19,10 +17,9 @@ _HEADER = re.compile(rf"[ \t]*(\[\[?[ \t]*({_DOTTED})[ \t]*\]\]?)[ \t]*(?:#.*)?$
 _ASSIGNMENT = re.compile(rf"[ \t]*({_DOTTED})[ \t]*=[ \t]*")
 _INLINE_KEY = re.compile(rf"[{{,][ \t]*({_DOTTED})[ \t]*=[ \t]*({_STRING}|[^,}}]*)")
 _VALUE = re.compile(rf"(?:{_STRING}|[^#])*")
-_BRACKETS = {"[": 1, "{": 1, "]": -1, "}": -1}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, order=True)
 class Span:
     """Characters on one line; line and column count from 1."""
 
@@ -99,7 +96,7 @@ def _parts(dotted: str) -> KeyPath:
 
 def _open_brackets(text: str) -> int:
     plain = re.sub(_STRING, "", text).partition("#")[0]
-    return sum(_BRACKETS.get(character, 0) for character in plain)
+    return sum((character in "[{") - (character in "]}") for character in plain)
 
 
 def _span(line: int, match: re.Match[str], group: int, before: int = 0) -> Span:
@@ -159,7 +156,7 @@ class CaseError(Exception):
     """
 
     def __init__(self, findings: Sequence[Finding]) -> None:
-        self.findings = tuple(sorted(findings, key=_place))
+        self.findings = tuple(sorted(findings, key=lambda each: (each.span is None, each.span)))
         super().__init__("\n".join(finding.render() for finding in self.findings))
 
 
@@ -168,18 +165,20 @@ def printable(text: str) -> str:
     return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
 
 
-def _place(finding: Finding) -> tuple[bool, int, int]:
-    return (False, finding.span.line, finding.span.column) if finding.span else (True, 0, 0)
+def shortened(text: str) -> str:
+    """`text` as an error quotes it, in at most 40 characters."""
+    return text if len(text) <= 40 else text[:39] + "…"
 
 
 def _clip(line: str, span: Span) -> tuple[str, int, int]:
     """The part of `line` around `span` that fits a terminal, the width in front of the span, and of the span."""
     start = span.column - 1
-    first = max(0, start - _SNIPPET_WIDTH // 2) if len(line) > _SNIPPET_WIDTH else 0
+    width = 100
+    first = max(0, start - width // 2) if len(line) > width else 0
     # A tab is shown as one space, so that the caret below stands where it should on any terminal.
-    shown = printable(line.replace("\t", " ")[first : first + _SNIPPET_WIDTH])
+    shown = printable(line.replace("\t", " ")[first : first + width])
     marked = shown[start - first : start - first + span.length]
-    text = ("…" if first else "") + shown + ("…" if first + _SNIPPET_WIDTH < len(line) else "")
+    text = ("…" if first else "") + shown + ("…" if first + width < len(line) else "")
     return text.rstrip(), cell_len(shown[: start - first]) + bool(first), max(1, cell_len(marked))
 
 

@@ -18,7 +18,6 @@ THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s"
 GRID_RANGE = (8, 2048)
 RADIUS_RANGE = (1e-9, 1e9)
 MOST_LAYERS = 5
-MOST_TIMES = 40
 
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
 
@@ -65,7 +64,7 @@ class MaterialConstants(Table):
     diffusivity_mm2_s: float | None = quantity("Thermal diffusivity", None, ge=1e-9, le=1e12)
     relaxation: list[Pair] | None = pairs(
         "[share, time in s]: shares above 0 with a sum below 1, times from 1e-12 to 1e12",
-        "[share of the modulus that relaxes, time in s]; youngs_modulus_GPa is then the instantaneous one", most=MOST_TIMES)
+        "[share of the modulus that relaxes, time in s]; youngs_modulus_GPa is then the instantaneous one", most=40)
     relaxation_file: RelaxationFile | None = Field(default=None, description="The same from measured moduli")
 
 
@@ -298,15 +297,11 @@ class StrengthTable(Table):
     upper: BodyStrengthTable | None = None
 
 
-WearRate = Annotated[float, Field(ge=1e-18, le=1e6)]
-Weight = Annotated[float, Field(gt=0, le=1e9)]
-
-
 class WornBodyTable(Table):
     """How one body wears."""
 
     specific_wear_rate_mm3_Nm: Annotated[
-        WearRate | Annotated[list[Pair], Field(min_length=1, max_length=LARGEST_PROFILE)],
+        Annotated[float, Field(ge=1e-18, le=1e6)] | Annotated[list[Pair], Field(min_length=1, max_length=LARGEST_PROFILE)],
         Allowed("1e-18 to 1e+06, or pairs [T_gamma/A, rate] of numbers, T_gamma/A in N/mm2 increasing from above 0"),
     ] = quantity("Worn volume per load and sliding distance; a table of regimes gives it at some T_gamma/A")
     track_length_m: float | None = quantity(
@@ -321,7 +316,8 @@ class WearTable(Table):
     distance_km: float | None = quantity("Distance to be rolled", None, ge=1e-12, le=1e12)
     depth_um: float | None = quantity("Depth at which the evolution ends", None, ge=1e-9, le=1e9)
     positions: Annotated[
-        list[Annotated[list[Weight | dict[str, float | int | bool | str]], Field(min_length=2, max_length=2)]] | None,
+        list[Annotated[list[Annotated[float, Field(gt=0, le=1e9)] | dict[str, float | int | bool | str]],
+                       Field(min_length=2, max_length=2)]] | None,
         Allowed("pairs [weight, {KEY = value, …}] of a weight above 0 and keys of the case"),
     ] = Field(default=None, description="Positions of a wheelset's service: shares of the distance, and keys that differ",
               min_length=1, max_length=1000)  # fmt: skip
@@ -403,11 +399,3 @@ EXCLUSIVE = (
 )  # fmt: skip
 """Two keys, or a key and a table, of which a case has one at most, and what is allowed. With --set the one that is set
 replaces the other."""
-
-MOVED = {
-    "load.friction_temperature_slope_1_K": "friction.temperature_slope_1_K",
-    "load.friction_temperature_start_K": "friction.temperature_start_K",
-    "load.friction_minimum_factor": "friction.temperature_minimum_factor",
-    "load.friction_maximum_factor": "friction.temperature_maximum_factor",
-}
-"""Keys of earlier versions → their present places."""

@@ -29,7 +29,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
     problem = si.Problem(
         lower=lower,
         upper=upper,
-        geometry=_common_surface(geometry, lower, upper),
+        geometry=_geometry(geometry, lower, upper),
         normal_force=1.0 if load.normal_N is None else load.normal_N,
         friction=_friction(friction, settings.coefficient_at_rest),
         motion=si.Motion(
@@ -101,15 +101,13 @@ def _relaxation(table: model.MaterialConstants) -> Series:
     return tuple((share, time) for share, time in table.relaxation or ())
 
 
-def geometry_of(table: model.GeometryTable) -> Geometry:
+def _geometry(table: model.GeometryTable, lower: si.Material, upper: si.Material) -> Geometry | CurvedPatch:
     radii = {"lower_radius_y": math.inf, "upper_radius_y": math.inf, **table.in_si()}
-    lower, upper = (None if profile is None else profile_of(profile) for profile in (table.lower_profile, table.upper_profile))
     radii.pop("conformal", None)
-    return Geometry(**radii, lower_profile=lower, upper_profile=upper)
-
-
-def _common_surface(table: model.GeometryTable, lower: si.Material, upper: si.Material) -> Geometry | CurvedPatch:
-    geometry = geometry_of(table)
+    for body in si.BODIES:
+        if (profile := getattr(table, f"{body}_profile")) is not None:
+            radii[f"{body}_profile"] = profile_of(profile)
+    geometry = Geometry(**radii)
     if not table.conformal:
         return geometry
     shares = tuple(1.0 / body.plane_strain_modulus for body in (lower, upper))

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 from thermoroll_cli.atomic import ReadError, read_bytes
-from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath, Place, Places, Span, syntax_error
+from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath, Place, Places, Span, shortened, syntax_error
 from thermoroll_cli.files.case_model import EXCLUSIVE
 
 SIZE_LIMIT = 1 << 16
@@ -22,11 +22,9 @@ SIZE_LIMIT = 1 << 16
 
 STANDARD_INPUT = "-"
 
-_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LOOSE_NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|(?i:inf(?:inity)?))")
 # tomllib needs quadratic time for a key of many parts.
 _ENDLESS_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){33}")
-_SHOWN_VALUE_LENGTH = 40
 
 @dataclass(frozen=True)
 class Override:
@@ -86,18 +84,18 @@ class CaseSource:
         within = [item for item in reversed(self.overrides) if item.path[: len(path)] == path]
         override = next((item for item in within if item.path == path or path not in self.places), None)
         if override is not None:
-            value = _shorten(override.text.partition("=")[2].strip()) if override.path == path and not at_key else ""
+            value = shortened(override.text.partition("=")[2].strip()) if override.path == path and not at_key else ""
             return Finding(message, key, value, allowed, hint, source=override.place)
         known = next((path[:depth] for depth in range(len(path), 0, -1) if path[:depth] in self.places), None)
         if known is None:
             given = self.get(path)
-            value = "" if at_key or given is None or isinstance(given, dict) else _shorten(repr(given))
+            value = "" if at_key or given is None or isinstance(given, dict) else shortened(repr(given))
             return Finding(message, key, value, allowed, hint, source=self.name)
         place = self.places[known]
         exact = known == path and place.value != place.key
         span = place.value if exact and not at_key else place.key
         line_text = self._lines[span.line - 1]
-        value = _shorten(line_text[span.column - 1 :][: span.length]) if exact and not at_key else ""
+        value = shortened(line_text[span.column - 1 :][: span.length]) if exact and not at_key else ""
         return Finding(message, key, value, allowed, hint, self.name, span, line_text)
 
     def overridden(self, overrides: Sequence[Override]) -> CaseSource:
@@ -122,10 +120,19 @@ class CaseSource:
 
 def read_source(path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> CaseSource:
     """Read the case file at `path`, `-` for standard input. Raises CaseError if it cannot be read or is not TOML."""
-    name = os.fspath(path)
-    if name == STANDARD_INPUT:
-        name = "<stdin>"
-    return parse_source(_decode(name, _read_bytes(path, name)), name, overrides)
+    stdin = os.fspath(path) == STANDARD_INPUT
+    name = "<stdin>" if stdin else os.fspath(path)
+    if stdin and sys.stdin is None:
+        raise CaseError([Finding("standard input is closed", source=name)])
+    try:
+        raw = read_bytes(sys.stdin.buffer if stdin else path, SIZE_LIMIT, "a case file")
+    except ReadError as cause:
+        hint = "" if os.path.exists(name) else _similar_file(name)
+        raise CaseError([Finding(str(cause), source=name, hint=hint)]) from None
+    if raw.startswith(b"\x89HDF\r\n\x1a\n"):
+        hint = "thermoroll plot, export and compare read result files; thermoroll run --from solves one again"
+        raise CaseError([Finding("this is an HDF5 file, not a case file", source=name, hint=hint)])
+    return parse_source(_decode(name, raw), name, overrides)
 
 
 def parse_source(text: str, name: str, overrides: Sequence[Override] = ()) -> CaseSource:
@@ -183,20 +190,6 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
         table[override.path[-1]] = override.value
 
 
-def _read_bytes(path: str | os.PathLike[str], name: str) -> bytes:
-    if os.fspath(path) == STANDARD_INPUT and sys.stdin is None:
-        raise CaseError([Finding("standard input is closed", source=name)])
-    try:
-        raw = read_bytes(sys.stdin.buffer if os.fspath(path) == STANDARD_INPUT else path, SIZE_LIMIT, "a case file")
-    except ReadError as cause:
-        hint = "" if os.path.exists(name) else _similar_file(name)
-        raise CaseError([Finding(str(cause), source=name, hint=hint)]) from None
-    if raw.startswith(_HDF5_SIGNATURE):
-        hint = "thermoroll plot, export and compare read result files; thermoroll run --from solves one again"
-        raise CaseError([Finding("this is an HDF5 file, not a case file", source=name, hint=hint)])
-    return raw
-
-
 def _decode(name: str, raw: bytes) -> str:
     try:
         return raw.decode("utf-8-sig")  # some editors put a mark in front
@@ -234,7 +227,3 @@ def toml_value(text: str) -> Any:
         pass
     # Shells and scripts print numbers that TOML does not know, such as .5 and INF
     return float(text) if _LOOSE_NUMBER.fullmatch(text) else text
-
-
-def _shorten(text: str) -> str:
-    return text if len(text) <= _SHOWN_VALUE_LENGTH else text[: _SHOWN_VALUE_LENGTH - 1] + "…"

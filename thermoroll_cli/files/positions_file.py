@@ -7,21 +7,19 @@ from typing import Any
 from thermoroll_cli.files.case_source import toml_value
 from thermoroll_cli.files.csv_table import FILE_LIMIT, read_columns
 
-WEIGHT = "weight"
-
 
 def read_positions(path: str) -> list[list[Any]]:
     """[weight, {key: value}] of each line of the CSV file at `path` (`read_columns`). An empty cell leaves its key as the case
     has it. Raises ValueError, OSError."""
     keys, lines = read_columns(path, "a table of positions", gaps=True, largest=FILE_LIMIT)
-    if WEIGHT not in keys or "" in keys or len({*keys}) < len(keys):
-        raise ValueError(f"needs a header line with {WEIGHT} and keys, each once, and a line for each position")
+    if "weight" not in keys or "" in keys or len({*keys}) < len(keys):
+        raise ValueError("needs a header line with weight and keys, each once, and a line for each position")
     found = []
     for number, cells in lines:
         values = {key: toml_value(cell) for key, cell in zip(keys, cells, strict=True) if cell}
-        weight = values.pop(WEIGHT, None)
+        weight = values.pop("weight", None)
         if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0.0 < weight <= 1e9:
-            given = cells[keys.index(WEIGHT)] or "nothing"
+            given = cells[keys.index("weight")] or "nothing"
             raise ValueError(f"line {number}: the weight must be a number above 0, not {given}")
         for key, value in values.items():
             if not isinstance(value, bool | int | float | str):

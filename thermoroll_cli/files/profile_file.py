@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.atomic import ReadError, read_bytes
+from thermoroll_cli.files.case_errors import shortened
 from thermoroll_cli.files.case_table import LARGEST_PROFILE
 from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, text_of
 
@@ -31,7 +32,6 @@ LENGTHS = (5.0, 500.0)
 Points = list[list[float]]
 
 _QUOTED = re.compile(r"\"([^\"]*)\"|'([^']*)'|([^;,\t \"']+)")
-_COMMENT = re.compile(r"[!#%].*")
 
 
 @dataclass(frozen=True)
@@ -121,9 +121,12 @@ def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
     """All points of a file, two columns `ordered` by y."""
     name = os.path.basename(os.fspath(path))
     ending = os.path.splitext(name)[1].lower()
-    lines = _lines(path, name)
+    try:
+        lines = text_of(read_bytes(path, FILE_LIMIT, "a profile"), name).splitlines()
+    except ReadError as cause:
+        raise TableError(f"{os.fspath(path)}: {cause}") from None
     if ending in _READERS:
-        reading = replace(_READERS[ending](lines, name), wheel=ending in _WHEELS)
+        reading = replace(_READERS[ending](lines, name), wheel=ending in (".prw", ".whl"))
     else:
         points = _columns(lines, name)
         reading = Reading(_in_increasing_order(points, name) if ordered else list(points.values()), COLUMNS)
@@ -164,16 +167,12 @@ def _enough(points: Points, name: str) -> Points:
     return points
 
 
-LARGEST_MM = 1e6
-"""Largest coordinate of a profile."""
-
-
 def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
     """The fault of point `k`, given the points before it; empty if it is fine."""
     if not all(math.isfinite(value) for value in points[k]):
         return "nan and inf are no heights"
-    if any(abs(value) > LARGEST_MM for value in points[k]):
-        return f"{max(points[k], key=abs):g} is beyond {LARGEST_MM:g} mm"
+    if abs(largest := max(points[k], key=abs)) > 1e6:
+        return f"{largest:g} is beyond 1e+06 mm"
     if k and not points[k][0] > points[k - 1][0]:
         return f"y does not increase: {points[k][0]:g} after {points[k - 1][0]:g}"
     return ""
@@ -202,15 +201,15 @@ def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
             raise TableError(f"{name}, line {blank}: a blank row between points", "fill it in or delete it")
         blank = 0
         if len(entries) == 1 or "" in entries:
-            raise TableError(f"{name}, line {number}: one number instead of two: {_short(text)}",
+            raise TableError(f"{name}, line {number}: one number instead of two: {shortened(text)}",
                              "a row has y and height: fill it in or delete it")
         if len(entries) != 2:
             commas = len(entries) == 4 and ";" not in text
             hint = "where numbers have a comma, separate the columns by semicolons" if commas else "keep y and height only"
-            raise TableError(f"{name}, line {number}: {len(entries)} columns instead of two: {_short(text)}", hint)
+            raise TableError(f"{name}, line {number}: {len(entries)} columns instead of two: {shortened(text)}", hint)
         y, height = values
         if y is None or height is None:
-            raise TableError(f"{name}, line {number}: not a number: {_short(entries[values.index(None)])}",
+            raise TableError(f"{name}, line {number}: not a number: {shortened(entries[values.index(None)])}",
                              "a number has a point or a comma before its decimals, and nothing between thousands")
         points[number] = [y, height]
     return points
@@ -256,7 +255,7 @@ def _simpack(lines: list[str], name: str) -> Reading:
     points: Points = []
     section = ""
     for number, line in enumerate(lines, 1):
-        text = _COMMENT.sub("", line).strip()
+        text = re.sub(r"[!#%].*", "", line).strip()
         key, equals, value = (part.strip() for part in text.partition("="))
         if text.endswith((".begin", ".end")):
             section = text.removesuffix(".begin") if text.endswith(".begin") else ""
@@ -302,13 +301,12 @@ def _miniprof(lines: list[str], name: str) -> Reading:
 _READERS: dict[str, Callable[[list[str], str], Reading]] = {
     ".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof,
 }  # fmt: skip
-_WHEELS = (".prw", ".whl")
 
 
 def _pair(text: str, first: int, second: int, name: str, number: int) -> list[float]:
     values = [_number(entry) for entry in re.split(r"[;,\s]+", text.strip()) if entry]
     if len(values) <= max(first, second) or (y := values[first]) is None or (z := values[second]) is None:
-        raise TableError(f"{name}, line {number}: no point with two numbers: {_short(text.strip())}")
+        raise TableError(f"{name}, line {number}: no point with two numbers: {shortened(text.strip())}")
     return [y, z]
 
 
@@ -322,16 +320,3 @@ def _in_order(points: Points) -> Points:
     lengths = [abs(run[-1][0] - run[0][0]) for run in runs]
     rising = sorted(runs[int(np.argmax(lengths))])
     return rising if rising[-1][0] > rising[0][0] else []
-
-
-def _lines(path: str | os.PathLike[str], name: str) -> list[str]:
-    """The lines of a text file called `name`. Raises TableError."""
-    try:
-        raw = read_bytes(path, FILE_LIMIT, "a profile")
-    except ReadError as cause:
-        raise TableError(f"{os.fspath(path)}: {cause}") from None
-    return text_of(raw, name).splitlines()
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 40 else text[:39] + "…"

@@ -23,11 +23,8 @@ import scipy
 from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, read_columns
 from thermoroll_cli.problem.relaxation import Series
 
-PER_DECADE = 2
 LEAST_SHARE = 1e-5
 """Shares below it are left out."""
-FEWEST = 3
-"""Frequencies of a file, at least."""
 UNITS = {"GPa": 1e9, "MPa": 1e6, "Pa": 1.0}
 
 
@@ -70,7 +67,7 @@ def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
     frequency, storage, loss = _columns(path, name)
     omega = 2.0 * math.pi * frequency
     ends = -math.log10(omega.max()) - 0.5, -math.log10(omega.min()) + 0.5
-    count = max(2, round((ends[1] - ends[0]) * PER_DECADE) + 1)
+    count = max(2, round(2.0 * (ends[1] - ends[0])) + 1)
     product = omega[:, None] * np.logspace(*ends, count)
     weight = 1.0 / np.hypot(storage, loss)
     matrix = np.vstack([np.column_stack([np.ones(omega.size), product**2 / (1.0 + product**2)]) * weight[:, None],
@@ -110,6 +107,6 @@ def _columns(path: str | os.PathLike[str], name: str) -> tuple[np.ndarray, np.nd
             if not (math.isfinite(values[-1]) and values[-1] > 0.0):
                 raise TableError(f"{name}, line {number}: {wanted} must be positive and finite, got {values[-1]:g}")
         found.append(np.array(values))
-    if found[0].size < FEWEST:
-        raise TableError(f"{name} has {found[0].size} frequencies", f"at least {FEWEST}")
+    if found[0].size < 3:
+        raise TableError(f"{name} has {found[0].size} frequencies", "at least 3")
     return found[0], found[1], found[2]

@@ -42,17 +42,12 @@ from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Sub
 
 FORMAT_VERSION = 3
 """Raised whenever a reader of the previous layout would misread a file."""
-READABLE = (2, FORMAT_VERSION)
-"""Formats that are read: the second one has contacts as the third."""
 
 PROGRAM = "thermoroll"
 
 LAYOUT = ("v108", "v108")
 """HDF5 1.8's layout on disk, which every reader of today knows. Unlike the older default it carries checksums: damage
 becomes an error message, where the HDF5 library would otherwise crash or hang."""
-
-BLOCK_SIZE = 4 * 1024 * 1024
-"""Step by which the file in memory grows: large enough that big files are not copied over and over."""
 
 ITERATION = "_iteration"
 """End of the name of a history's dimension scale."""
@@ -101,7 +96,8 @@ def file_image(result: Result, command_line: str, *, more: Callable[[h5py.File],
 
 def image_of(fill: Callable[[h5py.File], None]) -> bytes:
     """The content of the HDF5 file that `fill` fills. It is made in memory: HDF5 crashes if the disk is full."""
-    with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
+    # It grows by so large steps that big files are not copied over and over.
+    with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=4 * 2**20, libver=LAYOUT) as file:
         fill(file)
         file.flush()
         image: bytes = file.id.get_file_image()
@@ -275,16 +271,16 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
 
     Raises ResultFileError (an OSError), with a plain message, for a file that is missing, unreadable, foreign, truncated,
     damaged or of another version."""
-    with opened(path, "result", *READABLE) as file:
+    with opened(path, "result", FORMAT_VERSION) as file:
         texts = {name: file[f"input/{name}"].asstr()[()] for name in ("case_text", "case_json")}
         result = _read(file, with_fields).with_case(texts["case_text"], texts["case_json"])
         return dataclasses.replace(result, attributes={name: _python(value) for name, value in file.attrs.items()})
 
 
 @contextlib.contextmanager
-def opened(path: str | os.PathLike[str], kind: str, *versions: int) -> Iterator[h5py.File]:
-    """The HDF5 file of this `kind` at `path`, of one of the `versions`, to be read inside. Raises ResultFileError for another
-    file, and for every error inside: the exception that damage causes depends on which byte is wrong."""
+def opened(path: str | os.PathLike[str], kind: str, version: int) -> Iterator[h5py.File]:
+    """The HDF5 file of this `kind` and `version` at `path`, to be read inside. Raises ResultFileError for another file, and for
+    every error inside: the exception that damage causes depends on which byte is wrong."""
     path = pathlib.Path(path)
     if fault := _fault(path):
         raise ResultFileError(f"{path}: {fault}")
@@ -296,10 +292,10 @@ def opened(path: str | os.PathLike[str], kind: str, *versions: int) -> Iterator[
             stored = _python(file.attrs.get("kind", "result"))
             if stored != kind:
                 raise ResultFileError(f"{path}: a {PROGRAM} {stored}, not a {kind}")
-            if (written := int(file.attrs["format_version"])) not in versions:
+            if (written := int(file.attrs["format_version"])) != version:
                 by = _python(file.attrs.get("program_version", "unknown"))
-                known = f"format {' and '.join(map(str, versions))} only"
-                raise ResultFileError(f"{path}: {kind} format {written}, written by {PROGRAM} {by}; this version reads {known}")
+                raise ResultFileError(f"{path}: {kind} format {written}, written by {PROGRAM} {by}; this version reads format "
+                                      f"{version} only: make it again")
             yield file
     except ResultFileError:
         raise
@@ -311,10 +307,8 @@ def opened(path: str | os.PathLike[str], kind: str, *versions: int) -> Iterator[
 
 def _fault(path: pathlib.Path) -> str:
     """Why the file at `path` cannot be HDF5; empty if it may be."""
-    if path.is_dir():
-        return "this is a folder, not a result file"
     if path.exists() and not path.is_file():
-        return "not a regular file"
+        return "this is a folder, not a result file" if path.is_dir() else "not a regular file"
     try:
         with open(path, "rb") as stream:
             start = stream.read(8)
@@ -324,8 +318,6 @@ def _fault(path: pathlib.Path) -> str:
         return f"cannot be read ({cause.strerror or cause})"
     if not start:
         return "the file is empty"
-    if start[:1] == b"{":
-        return "JSON, as earlier versions wrote for wheelsets: solve the case again"
     return "" if start == b"\x89HDF\r\n\x1a\n" else "not an HDF5 file"
 
 
