@@ -55,13 +55,13 @@ class Partition:
 
 def match(
     response: ThermalResponse, flux: Array, covered: Array | Mask, bulk_difference: float = 0.0,
-    slope: Array | None = None, start: Array | None = None,
+    slope: Array | None = None, start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE,
 ) -> Partition:
     """Divide the frictional heat `flux` (W/m², (nx, ny), `slope` as in `DividedHeat`) so that both surfaces are equally warm on
     the contact, which has the part `covered` of each element.
 
     `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` the exchanged flux of a
-    similar state (W/m², (nx, ny)), if known. The equation is solved for the correction of an even division by GMRES,
+    similar state (W/m², (nx, ny)), if known, `tolerance` that of the mismatch. The equation is solved for the correction of an even division by GMRES,
     preconditioned with the inverse of the padded, periodic operator, and with 1/κ for parts that are not covered: 4 to 7
     applications for 1e-4 at any grid and any Péclet numbers, fewer from a start. If both bodies respond alike nothing is
     solved.
@@ -92,9 +92,9 @@ def match(
     exchange = known[contact]
     mismatch = part * ((upper - lower)[contact] + bulk_difference) - (1.0 - part) * own * exchange
     applications = 0
-    while applications < MOST_APPLICATIONS and np.abs(mismatch).max() > MISMATCH_TOLERANCE * peak:
+    while applications < MOST_APPLICATIONS and np.abs(mismatch).max() > tolerance * peak:
         # GMRES reduces the root mean square; the mismatch is a maximum, a few times larger, and may need a second pass.
-        wanted = 0.2 * MISMATCH_TOLERANCE * peak * np.sqrt(mismatch.size) / float(np.linalg.norm(mismatch))
+        wanted = 0.2 * tolerance * peak * np.sqrt(mismatch.size) / float(np.linalg.norm(mismatch))
         solution = gmres(gap, lambda _, image: image.copy(), precondition, mismatch, min(wanted, 0.1),
                          min(RESTART_AFTER, MOST_APPLICATIONS - applications))
         applications += solution.iterations
@@ -165,12 +165,12 @@ class Heat:
 
 def divide(
     heating: Heating, response: ThermalResponse, flux: Array, covered: Array | Mask, slope: Array | None = None,
-    start: Array | None = None,
+    start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE,
 ) -> Heat:
     """Divide the frictional heat `flux`, which changes by `slope` along x through each element, between the bodies, as
-    `heating.partition` says; `covered` and `start` as in `match`."""
+    `heating.partition` says; `covered`, `start` and `tolerance` as in `match`."""
     if heating.partition == "matched":
-        return Heat(flux, match(response, flux, covered, heating.bulk_difference, slope, start), response,
+        return Heat(flux, match(response, flux, covered, heating.bulk_difference, slope, start, tolerance), response,
                     heating.conducts)
     return Heat(flux, Partition(DividedHeat(flux, heating.partition, slope=slope), 0.0, 0), response)
 

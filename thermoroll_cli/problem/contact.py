@@ -40,7 +40,7 @@ class Pressure:
         return self.pressure if self.whole_elements is None else self.whole_elements
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Traction:
     """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the given or found
     `creepage`, `heat` = heat flux over V (Pa), its change along x through each element `heat_slope`, `work` = ξ·F of all

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.heat.frictional_heat import Heat, divide
+from thermoroll_cli.heat.frictional_heat import MISMATCH_TOLERANCE, Heat, divide
 from thermoroll_cli.heat.heat_response import ThermalResponse
 from thermoroll_cli.numerics.grid import Domain, Grid
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
@@ -71,7 +72,8 @@ class Discretisation:
         self.derived, self.extent, self.threads, self.followed = derived, extent, threads, followed
         self.options = options or SolverOptions()
         self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
-        self._heats: list[tuple[Traction, Heat]] = []
+        self._heats: WeakKeyDictionary[Traction, Heat] = WeakKeyDictionary()
+        self._exchanged: Array | None = None
         if before is not None and before.has_kernels_of(derived):
             self.pressure, self.traction, self.responses = before.pressure, before.traction, before.responses
             return
@@ -132,17 +134,17 @@ class Discretisation:
         """Frictional heat flux q in W/m², (nx, ny)."""
         return self.derived.problem.motion.speed * tangential.heat
 
-    def heat(self, contact: Contact) -> Heat:
-        """The heat of a state, divided between the bodies. The results for the last two states are kept."""
+    def heat(self, contact: Contact, tolerance: float = MISMATCH_TOLERANCE) -> Heat:
+        """The heat of a state, divided between the bodies to `tolerance`, or to ten times that if it is known: it is kept as
+        long as the tractions that make it."""
         tangential = contact.tangential
-        known = next((heat for traction, heat in self._heats if traction is tangential), None)
-        if known is None:
+        known = self._heats.get(tangential)
+        if known is None or known.partition.mismatch > 10.0 * tolerance:
             response = self.heat_response(tangential.creepage, tangential.slip)
             heating, covered = self.derived.problem.heating, contact.normal.covered
             slope = self.derived.problem.motion.speed * tangential.heat_slope
-            before = self._heats[-1][1].into.exchanged if self._heats else None
-            known = divide(heating, response, self.heat_flux(tangential), covered, slope, before)
-            self._heats = [*self._heats[-1:], (tangential, known)]
+            known = divide(heating, response, self.heat_flux(tangential), covered, slope, self._exchanged, tolerance)
+            self._heats[tangential], self._exchanged = known, known.into.exchanged
         return known
 
 

@@ -345,7 +345,7 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     """Pressure of whole elements and expansion in balance, the start of the next iteration, from the one that led from `before`
     to `after`; solved to `tolerance` of the elastic displacement."""
     assert before.expansion is not None and after.expansion is not None
-    normal, heat = after.normal, discretisation.heat(after)
+    normal, heat = after.normal, discretisation.heat(after, LOOSEST_TRACTIONS)
     contact = normal.contact
     loaded = contact & (normal.pressure > 0.0)
     per_pressure = np.where(loaded, heat.flux / np.where(loaded, normal.pressure, 1.0), 0.0)

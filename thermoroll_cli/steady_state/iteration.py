@@ -13,6 +13,10 @@ from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 
 
+DIVISION = 0.3
+"""Tolerance of the division of heat over that of the tractions that make it."""
+
+
 def iterate(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:
     """Press the bodies together, roll them, compute the heat, and the displacements of the surfaces by heat and shear.
 
@@ -30,7 +34,7 @@ def iterate(discretisation: Discretisation, state: Contact, tolerances: Toleranc
         rolled = replace(rolled, shear_displacement=discretisation.traction.coupling.normal_displacement(tangential.traction))
     if state.expansion is None and state.friction is None:
         return rolled
-    heat = discretisation.heat(rolled)
+    heat = discretisation.heat(rolled, DIVISION * tolerances.tangential)
     expansion = None if state.expansion is None else expansion_in(discretisation, heat, rolled)
     friction = None if state.friction is None else friction_of(discretisation, heat)
     return replace(rolled, expansion=expansion, friction=friction)
