@@ -61,10 +61,10 @@ def match(
     the contact, which has the part `covered` of each element.
 
     `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` the exchanged flux of a
-    similar state (W/m², (nx, ny)), if known, `tolerance` that of the mismatch. The equation is solved for the correction of an even division by GMRES,
-    preconditioned with the inverse of the padded, periodic operator, and with 1/κ for parts that are not covered: 4 to 7
-    applications for 1e-4 at any grid and any Péclet numbers, fewer from a start. If both bodies respond alike nothing is
-    solved.
+    similar state (W/m², (nx, ny)), if known, `tolerance` that of the mismatch. The equation is solved for the correction of an
+    even division by GMRES, preconditioned with the inverse of the padded, periodic operator, and with 1/κ for parts that are
+    not covered: 4 to 7 applications for 1e-4 at any grid and any Péclet numbers, fewer from a start. If both bodies respond
+    alike nothing is solved.
     """
     share = response.matched_share
     if share is not None and bulk_difference == 0.0:

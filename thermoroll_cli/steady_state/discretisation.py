@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from weakref import WeakKeyDictionary
 
@@ -72,7 +73,7 @@ class Discretisation:
         self.derived, self.extent, self.threads, self.followed = derived, extent, threads, followed
         self.options = options or SolverOptions()
         self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
-        self._heats: WeakKeyDictionary[Traction, Heat] = WeakKeyDictionary()
+        self._heats: WeakKeyDictionary[Traction, tuple[float, Heat]] = WeakKeyDictionary()
         self._exchanged: Array | None = None
         if before is not None and before.has_kernels_of(derived):
             self.pressure, self.traction, self.responses = before.pressure, before.traction, before.responses
@@ -135,16 +136,16 @@ class Discretisation:
         return self.derived.problem.motion.speed * tangential.heat
 
     def heat(self, contact: Contact, tolerance: float = MISMATCH_TOLERANCE) -> Heat:
-        """The heat of a state, divided between the bodies to `tolerance`, or to ten times that if it is known: it is kept as
-        long as the tractions that make it."""
+        """The heat of a state, divided between the bodies to `tolerance`. It is kept as long as the tractions that make it, and
+        serves again if it was solved to no more than ten times that."""
         tangential = contact.tangential
-        known = self._heats.get(tangential)
-        if known is None or known.partition.mismatch > 10.0 * tolerance:
+        solved_to, known = self._heats.get(tangential, (math.inf, None))
+        if known is None or solved_to > 10.0 * tolerance:
             response = self.heat_response(tangential.creepage, tangential.slip)
             heating, covered = self.derived.problem.heating, contact.normal.covered
             slope = self.derived.problem.motion.speed * tangential.heat_slope
             known = divide(heating, response, self.heat_flux(tangential), covered, slope, self._exchanged, tolerance)
-            self._heats[tangential], self._exchanged = known, known.into.exchanged
+            self._heats[tangential], self._exchanged = (tolerance, known), known.into.exchanged
         return known
 
 

@@ -12,7 +12,6 @@ from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 
-
 DIVISION = 0.3
 """Tolerance of the division of heat over that of the tractions that make it."""
 
