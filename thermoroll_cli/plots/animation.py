@@ -20,15 +20,6 @@ from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result
 
-WIDTH, HEIGHT = 150.0 * style.MM, 66.0 * style.MM
-DPI = 100
-COLOURS = 96
-"""Colours of a GIF, which has at most 256: fewer make it small."""
-SHOWN, LAST = 160, 1200
-"""Milliseconds for which a frame and the last one are shown."""
-STICK = 1
-"""Value of the field `state` where the surfaces stick."""
-
 
 def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, values: Sequence[float]) -> pathlib.Path:
     """Write a GIF with a frame for each of the `results`, in the order of the `values` of the swept `key`.
@@ -39,25 +30,26 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
     order = np.argsort(values, kind="stable")
     with style.applied():
         images = [_frame(results, np.asarray(values, dtype=float), int(current), order, key) for current in order]
-    # One palette for all, of the frame with most colours: else each frame brings its own, and colours flicker.
-    palette = max(images, key=lambda image: len(image.getcolors(1 << 20) or ())).quantize(COLOURS)
+    # One palette for all, of the frame with most colours: else each frame brings its own, and colours flicker. A GIF may have
+    # 256 colours; fewer make it small.
+    palette = max(images, key=lambda image: len(image.getcolors(1 << 20) or ())).quantize(96)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     content = io.BytesIO()
     frames[0].save(content, "GIF", save_all=True, append_images=frames[1:], loop=0, optimize=True,
-                   duration=[SHOWN] * (len(frames) - 1) + [LAST])  # fmt: skip
+                   duration=[160] * (len(frames) - 1) + [1200])  # fmt: skip
     write_bytes(path, content.getvalue())
     return path
 
 
 def _frame(results: Sequence[Result], values: Array, current: int, order: AnyArray, key: str) -> Image.Image:
-    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
+    figure = Figure(figsize=(150.0 * style.MM, 66.0 * style.MM), dpi=100)
     contact = style.add_axes(figure, 0.55, 0.45, 2.1, 1.9)
     forces = style.add_axes(figure, 3.45, 0.45, 1.75, 1.9)
     result = results[current]
     largest = max(float(_shear(each).max()) for each in results)
     contact.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis")
     state = result.fields["state"]
-    for inside, colour in ((state > 0, "white"), (state == STICK, style.AFTER)):
+    for inside, colour in ((state > 0, "white"), (state == 1, style.AFTER)):
         if inside.any() and not inside.all():
             contact.contour(1e3 * result.x, 1e3 * result.y, inside.T.astype(float), [0.5], colors=colour, linewidths=1.2)
     sides = np.array([_extent(each) for each in results])

@@ -13,11 +13,6 @@ from thermoroll_cli.plots import style
 from thermoroll_cli.wheelset.conicity import NEIGHBOURS, NOMINAL, Conicity
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, sign_of
 
-APART = 12.0
-"""Distance between the drawn profiles in mm."""
-BESIDE, ABOVE, BELOW = 10.0, 22.0, 24.0
-"""Room beside the contacts, above and below the top of the rail, in mm."""
-
 
 def draw_conicity(path: pathlib.Path, found: Conicity, title: str) -> pathlib.Path:
     """Write the picture to `path`. Raises OSError."""
@@ -57,10 +52,11 @@ def conicity_figure(found: Conicity, title: str) -> Figure:
 
 
 def _draw_contacts(axes: Axes, found: Conicity, side: SideName) -> None:
-    """Rail, the wheel of a centred wheelset above it, and a line between the places that touch at each whole millimetre."""
+    """Rail, the wheel of a centred wheelset 12 mm above it, and a line between the places that touch at each whole
+    millimetre; some 10 mm beside these, from 22 mm above to 24 mm below the top of the rail."""
     problem, sign = found.problem, sign_of(side)
     rail, wheel = 1e3 * problem.rails[side].samples[:2], 1e3 * problem.wheels[side].samples[:2]
-    drop = 1e3 * problem.wheels[side].radius + APART
+    drop = 1e3 * problem.wheels[side].radius + 12.0
     axes.plot(sign * wheel[0], wheel[1] - drop, color=style.AFTER, label="wheel")
     axes.plot(sign * rail[0], rail[1], color=style.BEFORE, label="rail")
     most = 1e3 * float(found.amplitudes.max())
@@ -78,7 +74,7 @@ def _draw_contacts(axes: Axes, found: Conicity, side: SideName) -> None:
                           textcoords="offset points")
         ends += [foot[0], head[0]]
     middle = 0.5 * (min(ends) + max(ends))
-    half = max(0.5 * (max(ends) - min(ends)) + BESIDE, 0.5 * (ABOVE + BELOW))
-    axes.set(xlim=(middle - half, middle + half), ylim=(BELOW, -ABOVE), aspect="equal", xlabel="y (mm)", ylabel="z (mm)",
+    half = max(0.5 * (max(ends) - min(ends)) + 10.0, 23.0)
+    axes.set(xlim=(middle - half, middle + half), ylim=(24.0, -22.0), aspect="equal", xlabel="y (mm)", ylabel="z (mm)",
              title=f"{side} wheel")
     style.few_ticks(axes, 5, 5, grid=True)

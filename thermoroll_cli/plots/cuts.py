@@ -24,6 +24,7 @@ from thermoroll_cli.plots.run_frame import (
     TRACTION,
     RunFrame,
     limits_of,
+    on_line,
     unit_for,
 )
 from thermoroll_cli.problem.names import Quantity
@@ -33,10 +34,6 @@ LOOKS: tuple[tuple[str, Any], ...] = ((style.BEFORE, "solid"), (style.AFTER, sty
 """Colour and dashes of the states without and with thermal deformation."""
 OF_UPPER_BODY = {style.BEFORE: "#56b4e9", style.AFTER: "#e69f00"}
 LIMIT = "friction limit μp"
-ROOM = 1.06
-"""Height of a diagram over the largest value."""
-DIAGRAM = 48.0 * style.MM
-"""Height of a diagram."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +57,13 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
     columns = 2 if len(diagrams) % 2 == 0 else 1  # three, of a cold contact, fill one column of a page
     rows = -(-len(diagrams) // columns)
     handles = line_handles(curve for _, curves in diagrams for curve in curves)
-    figure = style.new_figure(style.DOUBLE if columns == 2 else style.SINGLE, rows * DIAGRAM + 20.0 * style.MM)
+    figure = style.new_figure(style.DOUBLE if columns == 2 else style.SINGLE, (48.0 * rows + 20.0) * style.MM)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
     for axes, (quantity, curves) in zip(grid.flat, diagrams, strict=True):
         draw_diagram(axes, frame, quantity, curves)
     for axes in grid[-1]:
         axes.set_xlabel(flow_label(frame))
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, frame.cut_words)
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, frame.place_words(frame.cut_y))
     style.add_legend(figure, handles)
     return figure
 
@@ -86,7 +83,7 @@ def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[C
         axes.plot(curve.x * x.factor, curve.values * scale.factor, color=curve.colour, linestyle=curve.dashes,
                   linewidth=curve.width)
     axes.set_xlim(min(curve.x[0] for curve in curves) * x.factor, max(curve.x[-1] for curve in curves) * x.factor)
-    axes.set_ylim(ROOM * low * scale.factor, ROOM * high * scale.factor)
+    axes.set_ylim(1.06 * low * scale.factor, 1.06 * high * scale.factor)
     axes.set_ylabel(scale.label)
     style.few_ticks(axes, 5, 5, grid=True)
 
@@ -103,7 +100,7 @@ def curves_of(frame: RunFrame, quantity: Quantity) -> list[Curve]:
                 named = body == "upper" or (body and not drawn.label)
                 label = ", ".join(filter(None, (drawn.label, f"{body} body" if named else "")))
                 shade = OF_UPPER_BODY[colour] if body == "upper" else colour
-                curves.append(Curve(drawn.state.x, frame.on_cut(drawn, values), shade, dashes, label))
+                curves.append(Curve(drawn.state.x, on_line(drawn.state.y, values, frame.cut_y), shade, dashes, label))
     if not any(curve.values.any() for curve in curves):
         return []
     return curves + (list(_friction_limits(frame)) if quantity is TRACTION else [])
@@ -115,15 +112,8 @@ def _friction_limits(frame: RunFrame) -> Iterator[Curve]:
         pressure = drawn.values(PRESSURE)
         if pressure is not None and frame.result.problem.friction.coefficient > 0.0:
             friction = drawn.state.fields.get("friction_coefficient", frame.result.problem.friction.coefficient)
-            yield Curve(drawn.state.x, frame.on_cut(drawn, friction * pressure), "black", style.DOTTED, LIMIT, 1.1)
-
-
-TRACK_LOOKS: dict[str, tuple[Any, float]] = {
-    "hottest along rolling": ("solid", 1.4),
-    "as it enters": (style.DASHED, 1.4),
-    "mean of the surface": (style.DOTTED, 1.0),
-}
-"""Dashes and width of each kind of temperature."""
+            limit = on_line(drawn.state.y, friction * pressure, frame.cut_y)
+            yield Curve(drawn.state.x, limit, "black", style.DOTTED, LIMIT, 1.1)
 
 
 def track_figure(frame: RunFrame) -> Figure | None:
@@ -142,8 +132,8 @@ def track_figure(frame: RunFrame) -> Figure | None:
     axes = figure.subplots()
     factor, unit = unit_for("K", largest)
     for body, colour in zip(BODIES, (style.BEFORE, style.AFTER), strict=True):
-        for kind, values in curves.get(body, {}).items() if body in names else ():
-            dashes, width = TRACK_LOOKS[kind]
+        looks = ("solid", 1.4), (style.DASHED, 1.4), (style.DOTTED, 1.0)
+        for (kind, values), (dashes, width) in zip(curves[body].items() if body in names else (), looks, strict=False):
             axes.plot(drawn.state.y * y.factor, values * factor, color=colour, linestyle=dashes, linewidth=width,
                       label=f"{names[body]}: {kind}")
     inside = drawn.state.y[(fields["state"] > 0).any(axis=0)]

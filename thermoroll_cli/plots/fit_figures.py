@@ -14,9 +14,6 @@ from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import ALL_SCALARS
 
-HEIGHT = 90.0 * style.MM
-SMOOTH = 200
-"""Places at which a curve is drawn: cubics between the measured ones keep what rises rising."""
 POINTS: dict[str, Any] = {"fmt": "o", "color": "black", "markersize": 3.0, "elinewidth": 0.7, "capsize": 1.5, "zorder": 3}
 """Look of measured points."""
 
@@ -31,7 +28,7 @@ def fit_figure(
     measured less what is computed. The legend says what was `found`."""
     with style.applied():
         count = len(measured)
-        figure = style.new_figure((style.SINGLE, style.DOUBLE)[count > 1], HEIGHT)
+        figure = style.new_figure((style.SINGLE, style.DOUBLE)[count > 1], style.SINGLE)
         grid = figure.subplots(2, count, sharex="col", squeeze=False, height_ratios=(3.0, 1.0))
         for column, (name, values) in enumerate(measured.items()):
             above, below = grid[:, column]
@@ -40,7 +37,7 @@ def fit_figure(
             if curve is None:
                 above.plot(places, computed[name], "x", color=style.AFTER, label="computed")
             else:
-                at = np.linspace(curve[0][0], curve[0][-1], SMOOTH)
+                at = np.linspace(curve[0][0], curve[0][-1], 200)  # cubics between the measured places keep what rises rising
                 line, half = (PchipInterpolator(curve[0], part[name])(at) for part in curve[1:])
                 above.plot(at, line, color=style.AFTER, label="; ".join(found))
                 above.fill_between(at, line - half, line + half, color=style.AFTER, alpha=0.3, linewidth=0.0,

@@ -40,20 +40,13 @@ CONTACT, STICK = ("black", "white"), ("white", "black")
 """Colours of a border and of its casing, which make it visible on any ground."""
 LINE, CASING = 0.8, 2.0
 """Widths of a border and of its casing in points."""
-DIVERGING = "RdBu_r"
 ONE_SIDED = 0.1
 """Values of one sign that reach less than this share of those of the other need no diverging colours."""
-ARROWS, CLOSEST, WIDEST = 90, 0.1, 0.3
-"""About so many arrows on a patch, at least and at most so far apart (inches)."""
 ARROW: dict[str, Any] = {
     "angles": "uv", "scale": 1.0, "scale_units": "inches", "units": "inches", "width": 0.011, "headwidth": 4.0,
     "headlength": 4.5, "headaxislength": 4.0, "minlength": 0.0, "pivot": "mid", "facecolor": "white", "edgecolor": "0.1",
     "linewidth": 0.3,
 }  # fmt: skip
-ARROW_MARKER = Path([(-1.0, -0.1), (0.3, -0.1), (0.3, -0.35), (1.0, 0.0), (0.3, 0.35), (0.3, 0.1), (-1.0, 0.1), (-1.0, -0.1)])
-"""The same arrow in a legend."""
-FAINT = 0.04
-"""Share of the largest traction of a patch below which there is no arrow."""
 FLAT = 0.45
 """Maps of less height over width stand below each other."""
 TALLEST, SHORT_BAR = 120.0 * style.MM, 40.0 * style.MM
@@ -150,14 +143,11 @@ def shape_of(frame: RunFrame, whole: bool) -> float:
     return min(max(1.0 / aspect if frame.turned else aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
 
 
-FROM_BELOW = "from below"
-"""z points into the lower body: a map with x to the right and y upwards, or turned by 90°, is seen against z."""
-
-
 def map_note(frame: RunFrame, whole: bool) -> str:
-    """From which side a map is seen, and whether lengths along both axes are drawn alike."""
+    """From which side a map is seen, and whether lengths along both axes are drawn alike. z points into the lower body: a map
+    with x to the right and y upwards, or turned by 90°, is seen against z."""
     alike = frame.normalised or 1.0 / LONGEST_ASPECT <= _aspect(frame, whole) <= LONGEST_ASPECT
-    return FROM_BELOW if alike else f"{FROM_BELOW}, axes not to scale"
+    return "from below" if alike else "from below, axes not to scale"
 
 
 def _aspect(frame: RunFrame, whole: bool) -> float:
@@ -171,7 +161,7 @@ def colours_of(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
     """Colour map and limits for `imshow`: diverging from zero where values of both signs count."""
     if low < 0.0 < high and min(-low, high) > ONE_SIDED * max(-low, high):
         reach = max(-low, high)
-        return {"cmap": DIVERGING, "norm": TwoSlopeNorm(0.0, -reach, reach)}
+        return {"cmap": "RdBu_r", "norm": TwoSlopeNorm(0.0, -reach, reach)}
     return {"cmap": quantity.colours, "norm": Normalize(low, high if high > low else low + 1.0)}
 
 
@@ -232,21 +222,21 @@ def _placed(frame: RunFrame, box: tuple[float, float, float, float]) -> tuple[fl
 
 
 def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[float, float]) -> None:
-    """Arrows along the shear traction at some elements, about as far apart along x as along y on axes of `size` (inches). The
-    longest one of every patch spans most of that distance."""
+    """Arrows along the shear traction at some elements, about as far apart along x as along y on axes of `size` (inches): some
+    90 on a patch, where that is 0.1 to 0.3 inches. The longest one of every patch spans most of that distance."""
     state, (left, right, bottom, top) = drawn.state, frame.window
     traction = np.nan_to_num([np.asarray(state.fields[name], dtype=float) for name in TRACTION.fields])
     patches, count = label(state.fields["state"] > 0)
     width, height = size[::-1] if frame.turned else size
     element = (2.0 * drawn.half[0] / (right - left) * width, 2.0 * drawn.half[1] / (top - bottom) * height)
-    spacing = math.sqrt(np.count_nonzero(patches) * element[0] * element[1] / (ARROWS * max(count, 1)))
-    spacing = min(max(spacing, CLOSEST), WIDEST)
+    spacing = math.sqrt(np.count_nonzero(patches) * element[0] * element[1] / (90 * max(count, 1)))
+    spacing = min(max(spacing, 0.1), 0.3)
     steps = [max(1, round(spacing / side)) for side in element]
     chosen = np.ix_(*(np.arange((n - 1) % step // 2, n, step) for n, step in zip(patches.shape, steps, strict=True)))
     length = np.hypot(*traction)
     largest = maximum(length, patches, np.arange(count + 1))[patches]
     covered = state.fields.get("covered", patches > 0)
-    shown = ((length > FAINT * largest) & (covered > 0.5))[chosen]
+    shown = ((length > 0.04 * largest) & (covered > 0.5))[chosen]
     arrows = 0.9 * spacing * np.stack([part[chosen][shown] / largest[chosen][shown] for part in traction])
     places = np.stack(np.broadcast_arrays(state.x[chosen[0]], state.y[chosen[1]]), axis=-1)[shown]
     axes.quiver(*_in_metres(frame).transform(places).T, *((arrows[1], -arrows[0]) if frame.turned else arrows), **ARROW)
@@ -270,7 +260,8 @@ def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:
     if arrows:
         several = max(label(drawn.state.fields["state"] > 0)[1] for drawn in frame.states) > 1
         words = "traction on the upper body" + (", scaled in each patch" if several else "")
-        handles.append(Line2D([], [], linestyle="none", marker=ARROW_MARKER, markersize=11.0, color="white",
+        arrow = Path([(-1.0, -0.1), (0.3, -0.1), (0.3, -0.35), (1.0, 0.0), (0.3, 0.35), (0.3, 0.1), (-1.0, 0.1), (-1.0, -0.1)])
+        handles.append(Line2D([], [], linestyle="none", marker=arrow, markersize=11.0, color="white",
                               markeredgecolor="black", markeredgewidth=0.5, label=words))
     return handles
 

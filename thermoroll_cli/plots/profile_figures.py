@@ -19,16 +19,6 @@ from thermoroll_cli.plots.maps import SHORT_BAR, colours_of, draw_map, map_note
 from thermoroll_cli.plots.run_frame import PRESSURE, RunFrame, length_scale
 from thermoroll_cli.problem.problem import BodyName
 
-SAMPLES = 1001
-SURFACES, TALLEST, ROOM = 40.0 * style.MM, 60.0 * style.MM, 45.0 * style.MM
-"""Heights of the diagram and at most of the map; width that labels and colour bar take."""
-FLATTEST = 1e-5
-"""Height in m for which there is room about surfaces that are straight."""
-WEAR_HEIGHT = 0.42
-"""Height of a row of the picture of wear over its width."""
-TOUCHED = 1e-3
-"""Over the largest line load: what lies outside places with more was never in contact."""
-
 
 def profile_figure(frame: RunFrame) -> Figure | None:
     """Heights of both unloaded surfaces where they touch first, and the pressure below; None without a profile."""
@@ -38,9 +28,10 @@ def profile_figure(frame: RunFrame) -> Figure | None:
         return None
     turned = RunFrame(**{**vars(frame), "turned": True, "window": frame.domain})
     left, right, low, high = frame.domain
-    map_height = min(TALLEST, max((style.DOUBLE - ROOM) * (right - left) / (high - low), 15.0 * style.MM))
-    figure = style.new_figure(style.DOUBLE, SURFACES + map_height + 30.0 * style.MM)
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(SURFACES, map_height))
+    # Labels and colour bar take 45 mm beside a map.
+    map_height = min(60.0, max(135.0 * (right - left) / (high - low), 15.0)) * style.MM
+    figure = style.new_figure(style.DOUBLE, map_height + 70.0 * style.MM)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(40.0 * style.MM, map_height))
     _draw_surfaces(top, frame)
     scale = frame.scale(PRESSURE, float(pressure.max()))
     largest = drawn.maximum(PRESSURE) if PRESSURE.maximum not in frame.result.unbounded else float(pressure.max())
@@ -61,13 +52,13 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
     """Heights over y; a line where the pressure of each patch acts."""
     geometry, result = frame.result.problem.geometry, frame.result
     across, (_, _, left, right) = frame.lengths[1], frame.domain
-    y = np.linspace(left, right, SAMPLES)
+    y = np.linspace(left, right, 1001)
     lower, upper = (np.where(np.isfinite(height), height, np.nan) for height in geometry.section(y))
     # A crown falls without bottom at its very end: three times the approach beyond the other body is enough.
     reach = 3e-6 * result.coupled.scalars["approach_um"]
     high = max(min(float(np.nanmax(height)), float(np.nanmax(lower)) + reach) for height in (lower, upper))
     low = min(max(float(np.nanmin(height)), float(np.nanmin(upper)) - reach) for height in (lower, upper))
-    margin = 0.08 * (high - low or FLATTEST)
+    margin = 0.08 * (high - low or 1e-5)  # straight surfaces need some room, too
     depth = length_scale(max(high, -low, margin), "height")
     for height, words, colour in ((upper, "upper body", style.AFTER), (lower, "lower body", style.BEFORE)):
         axes.plot(y * across.factor, height * depth.factor, color=colour, label=f"{words}, unloaded")
@@ -96,13 +87,13 @@ def draw_wear(
     each line of rolling, `work` (Pa), with the limits of the regimes. Raises OSError."""
     worn = {body: heights for body, heights in profiles.items() if np.ptp(heights - heights[0], axis=0).any()}
     limits = {body: places for body, places in regimes.items() if places}
-    touched = np.flatnonzero((loads > TOUCHED * loads.max()).any(axis=0))
+    touched = np.flatnonzero((loads > 1e-3 * loads.max()).any(axis=0))
     margin = max(1, len(touched) // 10)
     shown = slice(max(touched[0] - margin, 0), touched[-1] + margin + 1)
     kilometres, panels = 1e-3 * distances, len(worn) + 1 + len(limits)
     colours = ScalarMappable(Normalize(kilometres[0], kilometres[-1]), matplotlib.colormaps["viridis"])
     with style.applied():
-        figure = style.new_figure(style.DOUBLE, WEAR_HEIGHT * style.DOUBLE * panels / 2)
+        figure = style.new_figure(style.DOUBLE, 0.21 * style.DOUBLE * panels)
         axes = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
         curves = [*((1e6 * heights, f"height (µm),\n{body} body") for body, heights in worn.items()),
                   (1e-3 * loads, "line load (N/mm)"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,30 +28,14 @@ WITHOUT, WITH = "without thermal deformation", "with thermal deformation"
 
 READABLE = (0.1, 1e4)
 """The usual unit is kept while the largest number lies in here."""
-MARGIN = 0.06
-"""Room around the contacts, over their size."""
 LONGEST_ASPECT = 5.0
 """Maps whose sides differ by more are drawn with this ratio instead of the true one."""
-TURNED_ASPECT = 1.6
-"""Maps of contacts that are wider than long by more are turned by 90°: y to the right, x downwards."""
-NEGLIGIBLE = 1e-3
-"""Share of the largest value below which a value is drawn as zero."""
 ALIKE = 5e-3
 """Share of the largest temperature by which those of both bodies differ at most where one picture stands for both."""
-SHOWN_ON_AXIS = 0.9
-"""The cut runs along y = 0 if it passes this share of the maxima that the best cut passes."""
 SMOOTHING = 1.2
 """Width in elements of the bell by which covered shares are averaged: the border runs between the elements, without steps."""
-ROUNDING, PERIMETER = 3.0, 40.0
-"""Width in elements of the bell by which the border is averaged along itself, and at most this part of its length."""
-STICK_SMOOTHING = 0.7
-"""Width of the bell for distances from the border of stick."""
 RIM = 4
 """Elements added around the grid, for contacts that reach its rim."""
-REACH = 15.0
-"""Largest distance from the border of stick in elements: borders nearly along x advance by one row in so many elements."""
-SMALLEST, SHORTEST = 6.0, 4.0
-"""Areas within closed stick borders in elements, and lengths of open ones: smaller ones are too small to be placed."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +123,7 @@ class RunFrame:
     states: tuple[DrawnState, ...]
     cut_y: float
     window: tuple[float, float, float, float]
-    turned: bool = field(default=False)
+    turned: bool
 
     @property
     def last(self) -> DrawnState:
@@ -163,11 +147,6 @@ class RunFrame:
             sizes = [max(sizes)] * 2
         x, y = (length_scale(size, words) for size, words in zip(sizes, "xy", strict=True))
         return x, y
-
-    @property
-    def cut_words(self) -> str:
-        """Where the cut is."""
-        return self.place_words(self.cut_y)
 
     def place_words(self, y: float) -> str:
         """Where a plane or line along x at `y` (m) is."""
@@ -204,10 +183,6 @@ class RunFrame:
                     for one, other in zip(*(there[body] for body in shown), strict=True))
         return [""] if alike else shown
 
-    def on_cut(self, drawn: DrawnState, values: Array) -> Array:
-        """`values` of a state along the cut: with an even number of elements y = 0 lies between two rows."""
-        return on_line(drawn.state.y, values, self.cut_y)
-
 
 def frame_of(result: Result, normalised: bool = False, cut_y: float | None = None) -> RunFrame:
     """The frame of a result; the cut, if not given (m), runs along y = 0, or passes as much as it can of all maxima where y = 0
@@ -224,7 +199,7 @@ def frame_of(result: Result, normalised: bool = False, cut_y: float | None = Non
     window = domain
     if points:
         low, high = np.min(np.vstack(points), axis=0), np.max(np.vstack(points), axis=0)
-        rim = MARGIN * (high - low)
+        rim = 0.06 * (high - low)
         window = (max(domain[0], low[0] - rim[0]), min(domain[1], high[0] + rim[0]),
                   max(domain[2], low[1] - rim[1]), min(domain[3], high[1] + rim[1]))
     if cut_y is None:
@@ -232,12 +207,12 @@ def frame_of(result: Result, normalised: bool = False, cut_y: float | None = Non
     elif not domain[2] <= cut_y <= domain[3]:
         raise ValueError(f"the cut y = {1e3 * cut_y:g} mm is outside the domain, "
                          f"{1e3 * domain[2]:.4g} mm to {1e3 * domain[3]:.4g} mm")
-    turned = window[3] - window[2] > TURNED_ASPECT * (window[1] - window[0])
+    turned = window[3] - window[2] > 1.6 * (window[1] - window[0])
     return RunFrame(result, normalised, drawn, cut_y, window, turned)
 
 
 def on_line(rows: Array, values: Array, y: float) -> Array:
-    """`values` (nx, ny) along x at `y`, linear between the `rows` of element centres."""
+    """`values` (nx, ny) along x at `y`, linear between the `rows` of element centres: between which y = 0 may lie."""
     above = int(np.clip(np.searchsorted(rows, y), 1, rows.size - 1))
     share = float(np.clip((y - rows[above - 1]) / (rows[above] - rows[above - 1]), 0.0, 1.0))
     return np.asarray((1.0 - share) * values[:, above - 1] + share * values[:, above])
@@ -248,7 +223,7 @@ def limits_of(fields: Iterable[Array], from_zero: bool) -> tuple[float, float]:
     largest count as zero."""
     fields = list(fields)
     low, high = min(float(f.min()) for f in fields), max(float(f.max()) for f in fields)
-    rounding = NEGLIGIBLE * max(high, -low)
+    rounding = 1e-3 * max(high, -low)
     near = 0.15 * (high - low)
     if abs(low) <= rounding or (low > 0.0 and (from_zero or low < near)):
         low = 0.0
@@ -274,7 +249,7 @@ def length_scale(largest: float, words: str) -> AxisScale:
 
 
 def _best_cut(drawn: DrawnState) -> float:
-    """y = 0, or the y of the row that passes the largest share of every maximum if y = 0 passes much less."""
+    """y = 0, or the y of the row that passes the largest share of every maximum if y = 0 passes less than 0.9 of that."""
     rows = drawn.state.y
     quantities = [drawn.values(quantity) for quantity in QUANTITIES.values()]
     fields: list[Any] = [values for values in quantities if values is not None and values.any()]
@@ -282,7 +257,7 @@ def _best_cut(drawn: DrawnState) -> float:
         return 0.0
     shares = np.min([np.abs(values).max(axis=0) / np.abs(values).max() for values in fields], axis=0)
     middle = min(float(np.abs(on_line(rows, values, 0.0)).max() / np.abs(values).max()) for values in fields)
-    return 0.0 if middle >= SHOWN_ON_AXIS * shares.max() else float(rows[int(shares.argmax())])
+    return 0.0 if middle >= 0.9 * shares.max() else float(rows[int(shares.argmax())])
 
 
 def _around(boxes: Iterable[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:
@@ -304,12 +279,13 @@ def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Border
     contact = [_rounded(line / element) * element for line in _contours(axes, averaged - 0.5)]
     if not sticking.any() or np.array_equal(sticking, covered):
         return Borders(contact, [])
-    distance = gaussian_filter(_distance_from_slip(sticking, covered), STICK_SMOOTHING, mode="nearest")
+    distance = gaussian_filter(_distance_from_slip(sticking, covered), 0.7, mode="nearest")
     return Borders(contact, [line for line in _contours(axes, distance) if _is_shown(line / element)])
 
 
 def _distance_from_slip(sticking: Array, covered: Array) -> Array:
-    """Distance along x from the border between stick and slip, in elements, negative where surfaces slip.
+    """Distance along x from the border between stick and slip, in elements (15 at most, in which borders nearly along x advance
+    by one row), negative where surfaces slip.
 
     Shares know that border within an element along x only. The distance is linear across it, so that a contour of zero is
     straight between neighbouring rows, where a contour of the shares would have a step for each row."""
@@ -320,7 +296,7 @@ def _distance_from_slip(sticking: Array, covered: Array) -> Array:
     there, far = sticks[1:] != sticks[:-1], np.full((1, share.shape[1]), np.inf)
     before = np.maximum.accumulate(np.vstack([-far, np.where(there, border, -np.inf)]))
     after = np.minimum.accumulate(np.vstack([np.where(there, border, np.inf), far])[::-1])[::-1]
-    return np.asarray(np.where(sticks, 1.0, -1.0) * np.clip(np.minimum(place - before, after - place), 0.0, REACH))
+    return np.asarray(np.where(sticks, 1.0, -1.0) * np.clip(np.minimum(place - before, after - place), 0.0, 15.0))
 
 
 def _contours(axes: tuple[Array, Array], values: Array) -> Lines:
@@ -329,24 +305,24 @@ def _contours(axes: tuple[Array, Array], values: Array) -> Lines:
 
 
 def _rounded(line: Array) -> Array:
-    """A closed line, in elements, without waves of the size of an element: averaged along itself by a bell of ROUNDING, less on
-    short lines."""
+    """A closed line, in elements, without waves of the size of an element: averaged along itself by a bell of 3 elements, or of
+    1/40 of a shorter line."""
     steps = np.hypot(*np.diff(line, axis=0).T)
     length = float(steps.sum())
     count = max(8, round(4.0 * length))
     places = np.arange(count) * (length / count)
     even = np.stack([np.interp(places, np.concatenate([[0.0], np.cumsum(steps)]), part) for part in line.T], axis=1)
-    bell = min(ROUNDING, length / PERIMETER) * count / length
+    bell = min(3.0, length / 40.0) * count / length
     smooth = gaussian_filter1d(even, bell, axis=0, mode="wrap")
     return np.asarray(np.vstack([smooth, smooth[:1]]))
 
 
 def _is_shown(line: Array) -> bool:
-    """Whether a stick border, in elements, is large enough to be placed."""
+    """Whether a stick border, in elements, is large enough to be placed: the area in it, or the length of an open one."""
     if np.array_equal(line[0], line[-1]):
         x, y = line.T
-        return bool(0.5 * abs(x[:-1] @ y[1:] - x[1:] @ y[:-1]) > SMALLEST)
-    return bool(np.hypot(*np.diff(line, axis=0).T).sum() > SHORTEST)
+        return bool(0.5 * abs(x[:-1] @ y[1:] - x[1:] @ y[:-1]) > 6.0)
+    return bool(np.hypot(*np.diff(line, axis=0).T).sum() > 4.0)
 
 
 def _widened(axis: Array) -> Array:

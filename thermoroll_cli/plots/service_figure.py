@@ -13,10 +13,6 @@ from thermoroll_cli.problem.names import ERROR
 from thermoroll_cli.wheelset.curves import Points, curve
 from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
-MANY = 1000.0
-"""Distance in km from which on the axis counts thousands."""
-LARGER = 10.0
-"""Factor of the drawn depth."""
 CURVES = {"depth_max_": "largest depth (µm)", "worn_mass_wheel_": "mass off a wheel (kg)",
           "flange_thickness_": "flange thickness (mm)", "flange_height_": "flange height (mm)",
           "flange_qR_": "qR (mm)", "conicity_3mm": "conicity at 3 mm",
@@ -32,7 +28,7 @@ def draw_service(
     """Write the picture to `path`: new and worn `outlines` (m) by name, and columns of the `rows`, one per step. Raises
     OSError."""
     sides = [side for side in SIDES if f"wheel_{side}" in outlines]
-    thousands = rows[-1]["distance_km"] >= MANY
+    thousands = rows[-1]["distance_km"] >= 1000.0
     distance = [row["distance_km"] / (1000.0 if thousands else 1.0) for row in rows]
     with style.applied():
         figure = style.new_figure(style.DOUBLE, 1.25 * style.DOUBLE)
@@ -69,11 +65,11 @@ def draw_service(
 
 
 def _exaggerated(new: Points, worn: Points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """y and z of the new outline in mm, and (2, n) of it with the depth LARGER times."""
+    """y and z of the new outline in mm, and (2, n) of it with ten times the depth."""
     samples = 1e3 * curve(new).samples[:2]
     if worn is new:
         return samples[0], samples[1], samples
     points = 1e3 * np.array(worn).T
     nearest = np.array([int(np.argmin(np.hypot(*(samples - point[:, None])))) for point in points.T])
     at = samples[:, nearest]
-    return samples[0], samples[1], at + LARGER * (points - at)
+    return samples[0], samples[1], at + 10.0 * (points - at)

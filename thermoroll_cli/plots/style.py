@@ -22,8 +22,6 @@ from PIL import Image
 
 from thermoroll_cli.atomic import write_bytes
 
-STYLE = pathlib.Path(__file__).with_name("thermoroll.mplstyle")
-
 MM = 1.0 / 25.4
 """A millimetre in inches."""
 SINGLE, DOUBLE = 90.0 * MM, 180.0 * MM
@@ -35,8 +33,6 @@ DPI = 200
 FORMATS = ("png", "svg", "pdf")
 WITHOUT_DATES: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 """Two files of the same picture are equal."""
-PACKING = 1
-"""PNG files are packed lightly, which takes half of the time."""
 
 BEFORE, AFTER = "#0072b2", "#d55e00"
 """Colours of the states without and with thermal deformation, and of the lower and the upper body: distinct for the
@@ -47,14 +43,10 @@ VISIBLE = 1e-2
 NOT_CONVERGED = "not converged"
 ALERT = "#c00000"
 
-TITLE_LETTERS, LEGEND_LETTERS = 14, 19
-"""Letters of a title and of a legend that an inch surely holds."""
-LEGEND_ROW = 4.0 * MM
-
 
 def applied() -> AbstractContextManager[None]:
     """The package's own style, whatever the user's matplotlibrc says: pictures look alike everywhere."""
-    look = matplotlib.rc_params_from_file(STYLE)
+    look = matplotlib.rc_params_from_file(pathlib.Path(__file__).with_name("thermoroll.mplstyle"))
     # The backend is the user's; it alone would stay changed.
     return matplotlib.rc_context({name: value for name, value in look.items() if name != "backend"})
 
@@ -74,7 +66,8 @@ def add_axes(figure: Figure, left: float, bottom: float, width: float, height: f
 def add_headline(figure: Figure, title: str, converged: bool = True, note: str = "") -> None:
     """The title of the case above the picture with a `note`; in red, if the state is not steady, that it has not converged."""
     width, height = (float(size) for size in figure.get_size_inches())
-    room = int(width * TITLE_LETTERS) - len(note) - (0 if converged else 2 * len(NOT_CONVERGED))
+    # An inch surely holds 14 letters.
+    room = int(14 * width) - len(note) - (0 if converged else 2 * len(NOT_CONVERGED))
     text = ", ".join(filter(None, (one_line(title, max(room, 8)), note)))
     top = 1.0 - 0.03 / height
     if text or not converged:
@@ -86,8 +79,8 @@ def add_headline(figure: Figure, title: str, converged: bool = True, note: str =
 
 
 def legend_columns(handles: Sequence[Artist], width: float) -> int:
-    """As many columns of a legend as `width` inches surely hold, each as wide as its longest label."""
-    widths = [0.46 + len(str(handle.get_label())) / LEGEND_LETTERS for handle in handles]
+    """As many columns of a legend as `width` inches surely hold, each as wide as its longest label: 19 letters an inch."""
+    widths = [0.46 + len(str(handle.get_label())) / 19 for handle in handles]
     fitting = (columns for columns in range(len(widths), 1, -1)
                if sum(float(max(column)) for column in np.array_split(widths, columns)) <= width)
     return next(fitting, 1)
@@ -95,13 +88,13 @@ def legend_columns(handles: Sequence[Artist], width: float) -> int:
 
 def legend_height(handles: Sequence[Artist], width: float) -> float:
     """Height (inches) of a legend of `width` inches."""
-    return LEGEND_ROW * -(-len(handles) // legend_columns(handles, width)) if handles else 0.0
+    return 4.0 * MM * -(-len(handles) // legend_columns(handles, width)) if handles else 0.0
 
 
 def add_legend(figure: Figure, handles: Sequence[Artist], *, at: tuple[float, float] | None = None, width: float = 0.0) -> None:
     """One legend below all diagrams of a figure, or at most `width` wide with the middle of its foot `at` a place (inches):
     each label once, and literally, since a label may hold any word."""
-    handles = unlike(handles)
+    handles = list({str(handle.get_label()): handle for handle in handles}.values())
     if not handles:
         return
     sizes = figure.get_size_inches()
@@ -110,11 +103,6 @@ def add_legend(figure: Figure, handles: Sequence[Artist], *, at: tuple[float, fl
         ncols=legend_columns(handles, width or float(sizes[0])), bbox_to_anchor=None if at is None else tuple(at / sizes))
     for text in legend.get_texts():
         text.set_parse_math("$" in text.get_text() and text.get_text().count("$") == 2)
-
-
-def unlike(handles: Sequence[Artist]) -> list[Artist]:
-    """One handle for each label."""
-    return list({str(handle.get_label()): handle for handle in handles}.values())
 
 
 def few_ticks(axes: Axes, x: int = 0, y: int = 0, *, grid: bool = False) -> None:
@@ -158,7 +146,8 @@ def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathli
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
             image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-            image.save(content, "PNG", dpi=(figure.dpi, figure.dpi), compress_level=PACKING)
+            # Packed lightly, which takes half of the time.
+            image.save(content, "PNG", dpi=(figure.dpi, figure.dpi), compress_level=1)
         else:
             figure.savefig(content, format=image_format, dpi=dpi or DPI, metadata=WITHOUT_DATES[image_format])
     write_bytes(path, content.getvalue())

@@ -6,7 +6,6 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,21 +22,6 @@ from thermoroll_cli.problem.result import BodyStresses, Result
 from thermoroll_cli.stress.strength import first_principal, shear_yields
 
 LEVELS = 24
-LINES = 12
-COOL = 0.01
-"""Share of the largest temperature rise: layers that are cooler all over are not shown."""
-ROOM = 1.25
-"""Depth of the diagrams of temperatures over that of the heated layer."""
-HOTTEST = 0.95
-"""A plane with this share of the highest temperature shows the hottest place."""
-LAYER_ROOM = 2.0
-"""Depth of the diagrams of layers over that of the lowest interface."""
-LARGEST: dict[str, tuple[str, Any]] = {"von Mises stress": (style.AFTER, style.DASHED), "shear stress": (style.BEFORE, "solid"),
-                                       "principal stress": (style.ALERT, style.DOTTED)}
-"""Line styles of the largest stresses over depth."""
-STRESSED, HEATED = style.AFTER, style.BEFORE
-"""Colours of the lines below both points."""
-ROW = 58.0 * style.MM
 
 
 def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
@@ -53,7 +37,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     interfaces = [face for face in getattr(frame.result.problem, body).interfaces if face < stresses.depths[-1]]
     y, stress_plane = _plane(frame, stresses, "von_mises", stresses.plane_y if interfaces else stresses.most_stressed.y)
     rows = 1 + (stresses.hottest is not None) + bool(interfaces)
-    figure = style.new_figure(style.DOUBLE, rows * ROW + 15.0 * style.MM)
+    figure = style.new_figure(style.DOUBLE, (58.0 * rows + 15.0) * style.MM)
     grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.15, 1.0))
     _draw_plane(grid[0, 0], frame, stresses, stress_plane, "viridis", stress)
     peak, (x, _) = stresses.most_stressed, frame.lengths
@@ -66,7 +50,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         place, warm_plane = _plane(frame, stresses, "temperature_rise", hottest)
         rise = frame.scale(TEMPERATURE, float(np.abs(warm_plane).max()))
         _draw_plane(grid[1, 0], frame, stresses, warm_plane, "inferno", rise)
-        off = warm_plane.max() < HOTTEST * stresses.hottest.value
+        off = warm_plane.max() < 0.95 * stresses.hottest.value
         if off or not math.isclose(place, y):
             words = f", hottest at {frame.place_words(hottest)}" if off else ""
             grid[1, 0].set_title(frame.place_words(place) + words)
@@ -79,7 +63,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
             for depth in interfaces:
                 axes.axhline(depth * x.factor, color=colour, linewidth=0.7, label="interfaces")
         for axes in grid[-1]:
-            axes.set_ylim(min(LAYER_ROOM * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
+            axes.set_ylim(min(2.0 * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, f"{body} body, {frame.place_words(y)}")
     style.add_legend(figure, [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]])
     return figure
@@ -112,7 +96,7 @@ def _draw_plane(
     top = float(shown.max())
     levels = np.linspace(min(0.0, float(shown.min())), top if top > 0.0 else 1.0, LEVELS + 1)
     image = axes.contourf(x, z, shown, levels=levels, cmap=colours)
-    axes.contour(x, z, shown, levels=levels[:: LEVELS // LINES][1:-1], colors="white", linewidths=0.35, alpha=0.7)
+    axes.contour(x, z, shown, levels=levels[2:-1:2], colors="white", linewidths=0.35, alpha=0.7)
     axes.set_ylim(z[-1], 0.0)
     axes.set(xlabel=flow_label(frame), ylabel=lengths.label.replace("x", "z"))
     style.few_ticks(axes, 5, 5)
@@ -124,8 +108,8 @@ def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, 
     """A field and its elastic part along the lines into the depth."""
     lengths = frame.lengths[0]
     z = stresses.depths * lengths.factor
-    for fields, colour, place in ((stresses.below_stressed, STRESSED, "below the largest stress"),
-                                  (stresses.below_heated, HEATED, "below the hottest point")):
+    for fields, colour, place in ((stresses.below_stressed, style.AFTER, "below the largest stress"),
+                                  (stresses.below_heated, style.BEFORE, "below the hottest point")):
         if name in fields:
             axes.plot(fields[name] * scale.factor, z, color=colour, label=place)
         elastic = fields.get(f"{name}_elastic")
@@ -143,8 +127,9 @@ def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: Axi
     principal = first_principal(np.stack([stresses.plane[name] for name in STRESSES]))
     peak, lengths = scale.words.rsplit("/", 1)[1], frame.lengths[0]
     _draw_plane(row[0], frame, stresses, shear, "viridis", replace(scale, words=rf"shear stress $|\tau_z|/{peak}"))
-    fields = zip((stresses.plane["von_mises"], shear, principal), LARGEST.items(), strict=True)
-    for values, (name, (colour, dashes)) in fields:
+    for name, values, colour, dashes in (("von Mises stress", stresses.plane["von_mises"], style.AFTER, style.DASHED),
+                                         ("shear stress", shear, style.BEFORE, "solid"),
+                                         ("principal stress", principal, style.ALERT, style.DOTTED)):
         row[1].plot(values.max(axis=1) * scale.factor, stresses.depths * lengths.factor, color=colour, linestyle=dashes,
                     label=f"largest over x: {name}")
     row[1].set(xlabel=rf"largest stress over x, $\sigma/{peak}", ylabel=lengths.label.replace("x", "z"))
@@ -152,11 +137,12 @@ def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: Axi
 
 
 def _heated_depth(stresses: BodyStresses) -> float:
-    """Depth (m) that heat reaches: behind a fast source that is a skin of the depth of the stresses."""
+    """Depth (m) of the diagrams of temperatures, 1.25 times that which heat reaches (0.01 of the largest rise): behind a fast
+    source that is a skin of the depth of the stresses."""
     rise = np.abs(stresses.plane["temperature_rise"]).max(axis=1)
-    warm = int(np.flatnonzero(rise > COOL * rise.max()).max(initial=1))
+    warm = int(np.flatnonzero(rise > 0.01 * rise.max()).max(initial=1))
     deepest = float(stresses.depths[-1])
-    return min(deepest, ROOM * float(stresses.depths[min(warm + 1, stresses.depths.size - 1)]))
+    return min(deepest, 1.25 * float(stresses.depths[min(warm + 1, stresses.depths.size - 1)]))
 
 
 def strength_figure(frame: RunFrame, body: str) -> Figure | None:

@@ -39,18 +39,12 @@ COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 284.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""
 LABELS, AXIS, TITLE, HEADLINE, BAR = (size * style.MM for size in (16.5, 11.0, 5.0, 6.0, 2.5))
 """Room for labels at the left, for an axis, words above a map and the title; width of a colour bar."""
-LONGEST_MAP, TALLEST_MAP, CUT = 50.0 * style.MM, 60.0 * style.MM, (60.0 * style.MM, 38.0 * style.MM)
-"""Largest width and height of a map, and size of the diagrams of the cut."""
-NARROW = 38.0 * style.MM
-"""Width of the diagrams where both stand beside each other below the table."""
+CUT = 60.0 * style.MM, 38.0 * style.MM
+"""Size of the diagrams of the cut."""
 FLAT = 0.4
 """Maps of less height over width take both columns."""
 LETTERS, ROW = 7.0, 2.95 * style.MM
 """Size of the letters of the table in points, and distance of its rows."""
-PLACES = tuple((TABLE + place * style.MM, side) for place, side in ((0, "left"), (80, "right"), (100, "right"), (101, "left")))
-"""Places of the words, of the values without deformation, the values and the errors."""
-LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 96, 5
-"""Letters of words of the table before their brief form is taken, letters and number of lines of a remark."""
 
 SLIP = Quantity("slip", ("slip_x", "slip_y"), "slip velocity", "|ṡ|", "", "viridis", "", from_zero=True)
 
@@ -60,11 +54,13 @@ Map = tuple[Quantity, Array, str]
 
 def summary_figure(frame: RunFrame) -> Figure:
     """The summary sheet. Maps show the state with all that feeds back; the table has both states and the error estimates."""
-    maps = _even(list(_maps(frame)), frame)
+    maps, slip = list(_maps(frame)), frame.last.values(SLIP)
+    if len(maps) % 2 and slip is not None and slip.any():
+        maps.append((SLIP, slip, ""))  # without temperatures, say, it fills the last place
     rows, remarks = _rows(frame), _remarks(frame)
     shape = shape_of(frame, whole=False)
     columns = 1 if shape < FLAT else 2
-    side = min(LONGEST_MAP + (2 - columns) * COLUMN, TALLEST_MAP / shape)
+    side = min(50.0 * style.MM + (2 - columns) * COLUMN, 60.0 * style.MM / shape)
     step = TITLE + side * shape + AXIS
     borders = border_handles(frame, arrows=any(quantity is TRACTION for quantity, _, _ in maps))
     cuts = [(quantity, curves) for quantity in (PRESSURE, TRACTION) if (curves := curves_of(frame, quantity))]
@@ -72,7 +68,7 @@ def summary_figure(frame: RunFrame) -> Figure:
     below_maps = HEADLINE + -(-len(maps) // columns) * step + style.legend_height(borders, TABLE)
     block, below_table = TITLE + CUT[1] + AXIS, HEADLINE + (len(rows) + len(remarks) + 4) * ROW
     # Diagrams fill the room below the table, above or beside each other, where they hardly make the sheet taller than its maps.
-    ways = ((TABLE, below_table, CUT[0], 0.0, block), (TABLE, below_table, NARROW, LABELS + NARROW, 0.0))
+    ways = ((TABLE, below_table, CUT[0], 0.0, block), (TABLE, below_table, CUT[1], LABELS + CUT[1], 0.0))
     start, top, width, across, down = next((way for way in ways if way[1] + way[4] < below_maps - 0.5 * block),
                                            (0.0, below_maps, CUT[0], COLUMN, 0.0))
     room = WIDTH - TABLE if start else TABLE
@@ -99,7 +95,7 @@ def summary_figure(frame: RunFrame) -> Figure:
         left, bottom = start + LABELS + place * across, height - top - place * down - TITLE - CUT[1]
         axes = style.add_axes(figure, left, bottom, width, CUT[1])
         draw_diagram(axes, frame, quantity, curves)
-        axes.set_title(frame.cut_words)
+        axes.set_title(frame.place_words(frame.cut_y))
         axes.set_xlabel(flow_label(frame))
     style.add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
     style.add_legend(figure, lines, at=(start + 0.5 * room, height - below_cuts), width=room)
@@ -117,12 +113,6 @@ def _maps(frame: RunFrame) -> Iterator[Map]:
             drawn = [max(drawn, key=lambda each: float(each[0].max()))]
         for values, body in drawn:
             yield quantity, values, body
-
-
-def _even(maps: list[Map], frame: RunFrame) -> list[Map]:
-    """An even number of maps: without temperatures, say, the slip velocity fills the last place."""
-    slip = frame.last.values(SLIP)
-    return [*maps, (SLIP, slip, "")] if len(maps) % 2 and slip is not None and slip.any() else maps
 
 
 def _rows(frame: RunFrame) -> list[Row]:
@@ -149,15 +139,17 @@ def _rows(frame: RunFrame) -> list[Row]:
 
 def _words(scalar: Scalar, hertz: bool) -> str:
     words = scalar.meaning_of(hertz=hertz)
-    words = scalar.brief or words if len(words) > LONGEST_WORDS else words
+    words = scalar.brief or words if len(words) > 40 else words
     return f"{words} ({scalar.unit})" if scalar.unit else words
 
 
 def _write_table(figure: Figure, rows: list[Row], remarks: list[str], height: float) -> None:
-    """Columns of words and numbers, each one text, and the remarks below them."""
+    """Columns of words, values without deformation, values and errors, each one text, and the remarks below them."""
     top = height - HEADLINE - TITLE
-    for column, (place, side) in zip(zip(*rows, strict=True), PLACES, strict=True):
-        figure.text(place / WIDTH, top / height, "\n".join(column), ha=side, va="top", fontsize=LETTERS, parse_math=False)
+    places = (0, "left"), (80, "right"), (100, "right"), (101, "left")
+    for column, (beside, side) in zip(zip(*rows, strict=True), places, strict=True):
+        figure.text((TABLE + beside * style.MM) / WIDTH, top / height, "\n".join(column), ha=side, va="top", fontsize=LETTERS,
+                    parse_math=False)
     figure.text(TABLE / WIDTH, (top - (len(rows) + 1) * ROW) / height, "\n".join(remarks), va="top", fontsize=LETTERS - 0.5,
                 color="0.25", parse_math=False)
 
@@ -173,4 +165,4 @@ def _remarks(frame: RunFrame) -> list[str]:
     remarks += [f"Warning: {text}" for text in result.warnings[:3]]
     flat = [style.one_line(re.sub(r"(?<!\w)-(?=\d)", "−", text), 2000) for text in remarks]
     return [line for text in flat for line in textwrap.wrap(
-        text, REMARK_LENGTH, subsequent_indent="   ", max_lines=REMARK_LINES, placeholder=" …")]
+        text, 96, subsequent_indent="   ", max_lines=5, placeholder=" …")]

@@ -36,27 +36,11 @@ THEORY_COLUMNS = ("hertz_a_mm", "hertz_b_mm", "shear_modulus_GPa", "friction_lim
                   "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm")  # fmt: skip
 """Columns that the creep forces of these theories depend on."""
 
-HEIGHT, COLUMNS = 44.0 * style.MM, 3
-"""Height of a diagram, and how many stand side by side at most."""
-MANY = 8
-"""More lines than the colours of the style take theirs in order from a colour map."""
-LISTED = 10
-"""Lines that the legend names; of more, every second, third … one."""
-GRID = 5
-"""Two swept quantities of at least so many values each are drawn as maps."""
-FLAT = 3.0
-"""An axis spans at least this many times the estimated error on each side: smaller changes mean nothing."""
-NARROWEST = 0.02
-"""The colours of a map span at least this share of the largest value: smaller changes look alike."""
 ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": "white", "linestyle": "none"}
 """Look of a peak that has no limit."""
 MAXIMUM: dict[str, Any] = {"marker": "v", "markersize": 5.0, "markeredgecolor": "black", "linestyle": "none"}
 """Look of the maximum of a creep curve."""
 THEORY_LOOKS = {"linear": style.DOTTED, "fastsim": (0, (5.0, 1.4, 1.0, 1.4)), "polach": (0, (5.0, 1.4, 1.0, 1.4, 1.0, 1.4))}
-BETWEEN = 12
-"""Places at which theories are drawn for each point of a sweep: they are smooth where points are far apart."""
-THEORY_NOTE = "theories: smooth bodies, constant friction"
-"""What the theories leave out: interlayers, and friction that changes."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +74,9 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     good = {name: column if name in over else np.where(failed, math.nan, column) for name, column in columns.items()}
     scalars = summaries(good)
     diagrams = [(label, names) for label, names in DIAGRAMS.items() if _worth_drawing(scalars, names, over)]
-    rows = max(1, -(-len(diagrams) // COLUMNS))
+    rows = max(1, -(-len(diagrams) // 3))
     wide = max(1, -(-len(diagrams) // rows))
-    figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], rows * HEIGHT + 20.0 * style.MM)
+    figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], (44.0 * rows + 20.0) * style.MM)
     grid = figure.subplots(rows, wide, squeeze=False)
     for axes in grid.flat[len(diagrams) or 1:]:
         axes.set_visible(False)
@@ -113,7 +97,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
                 for line in axes.get_lines():
                     line.set_linestyle("none")
         style.add_legend(figure, handles)
-    style.add_headline(figure, title, note=THEORY_NOTE if compare else "")
+    style.add_headline(figure, title, note="theories: smooth bodies, constant friction" if compare else "")
     return figure
 
 
@@ -137,9 +121,9 @@ def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], ov
 
 
 def _is_grid(table: Numbers, over: Sequence[str]) -> bool:
-    """Whether two swept quantities have many values each, and a point for most pairs."""
+    """Whether two swept quantities have five values or more each, and a point for most pairs."""
     counts = [np.unique(column[np.isfinite(column)]).size for column in (table[name] for name in over)]
-    return min(counts) >= GRID and len(table[over[0]]) >= 0.8 * counts[0] * counts[1]
+    return min(counts) >= 5 and len(table[over[0]]) >= 0.8 * counts[0] * counts[1]
 
 
 def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.bool_]) -> Iterator[Line]:
@@ -155,8 +139,8 @@ def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.b
 
 
 def _colours(count: int) -> list[str]:
-    """A colour for each line, none of them twice."""
-    if count <= MANY:
+    """A colour for each line, none of them twice: those of the style as far as they go, or in order from a colour map."""
+    if count <= 8:
         return [f"C{place}" for place in range(count)]
     # Not to the end of the map: its yellow hardly shows on white.
     return [to_hex(colormaps["viridis"](0.92 * place)) for place in np.linspace(0.0, 1.0, count)]
@@ -165,7 +149,8 @@ def _colours(count: int) -> list[str]:
 def _line_handles(lines: list[Line]) -> list[Artist]:
     handles: list[Artist] = []
     if len(lines) > 1:
-        handles += [Line2D([], [], color=line.colour, label=line.label) for line in lines[:: -(-len(lines) // LISTED)]]
+        # Some ten of them.
+        handles += [Line2D([], [], color=line.colour, label=line.label) for line in lines[:: -(-len(lines) // 10)]]
     if any(line.missed.size for line in lines):
         colour = "0.2" if len(lines) > 1 else style.ALERT
         handles.append(Line2D([], [], color=colour, linestyle="none", marker="x", markersize=4.0, label=style.NOT_CONVERGED))
@@ -222,7 +207,7 @@ def _theory_curve(table: Numbers, theory: str, x: Column, line: Line, words: lis
     known = x[line.rows]
     if not known.size:
         return dict.fromkeys(("place", *FORCES), known)
-    steps = np.arange(known.size) if words else np.linspace(0.0, known.size - 1.0, BETWEEN * (known.size - 1) + 1)
+    steps = np.arange(known.size) if words else np.linspace(0.0, known.size - 1.0, 12 * (known.size - 1) + 1)
     to, back = (np.log, np.exp) if is_logarithmic(x) else (np.asarray, np.asarray)
     place = back(np.interp(steps, np.arange(known.size), to(known)))
     between = {name: np.interp(place, known, table[name][line.rows]) for name in THEORY_COLUMNS if name in table}
@@ -249,7 +234,8 @@ def _draw_map(axes: Axes, table: Numbers, names: Sequence[str], over: Sequence[s
     cells = np.full((rows.size, columns.size), math.nan)
     cells[np.searchsorted(rows, y), np.searchsorted(columns, x)] = np.where(failed, math.nan, values)
     low, high = float(np.nanmin(cells)), float(np.nanmax(cells))
-    wide = max(0.5 * (high - low), 0.5 * NARROWEST * max(abs(low), abs(high)))
+    # Colours of changes below 0.02 of the largest value look alike.
+    wide = max(0.5 * (high - low), 0.01 * max(abs(low), abs(high)))
     image = axes.pcolormesh(columns, rows, cells, shading="nearest", cmap="viridis", rasterized=True,
                             vmin=0.5 * (low + high) - wide, vmax=0.5 * (low + high) + wide)
     for set_scale, axis, marks in ((axes.set_xscale, axes.xaxis, columns), (axes.set_yscale, axes.yaxis, rows)):
@@ -289,9 +275,9 @@ def _few_decades(axis: Axis, values: Column) -> None:
 
 
 def _not_closer_than(axes: Axes, error: float) -> None:
-    """Widen the vertical axis where all that it shows is smaller than the error of the numbers."""
+    """Let the vertical axis span three times the error of the numbers on each side at least: smaller changes mean nothing."""
     low, high = axes.get_ylim()
-    middle, half = 0.5 * (low + high), max(0.5 * (high - low), FLAT * error, 5e-4 * max(abs(low), abs(high)))
+    middle, half = 0.5 * (low + high), max(0.5 * (high - low), 3.0 * error, 5e-4 * max(abs(low), abs(high)))
     axes.set_ylim(middle - half, middle + half)
 
 
