@@ -38,7 +38,7 @@ def difference_tables(
     layers: list[Layer], substrate: tuple[float, float], shape: tuple[int, int], dx: float, dy: float
 ) -> Tables:
     body, place = LayeredBody(tuple(layers), substrate), (shape, dx, dy)
-    return Tables(body.normal_table(*place), *body.shear_tables(*place), *body.coupling_tables(*place))
+    return Tables(*body.tables("normal", *place), *body.tables("shear", *place), *body.tables("coupling", *place))
 
 
 @pytest.mark.parametrize("row", SYMBOLS["rows"])

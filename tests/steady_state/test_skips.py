@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, spheres, twin_disc
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.heat import heat_response
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
@@ -138,7 +142,23 @@ def test_equal_bodies_share_thermal_kernels() -> None:
     np.testing.assert_allclose(shared.displacement(heat), apart.displacement(heat), rtol=1e-9)
     for a, b in zip(shared.temperatures(heat), apart.temperatures(heat), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9)
-    assert (shared.tables, apart.tables) == (2, 4)
+
+
+@pytest.mark.parametrize(("unlike", "tables"), [(1.0, 2), (1.0 + 1e-12, 4)], ids=["equal", "different"])
+def test_each_kind_of_body_has_its_own_thermal_tables(unlike: float, tables: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    built = []
+    for table in (displacement_table, temperature_table):
+        def counted(*place: float, table: Callable[..., Array] = table) -> Array:
+            built.append(table)
+            return table(*place)
+
+        monkeypatch.setattr(heat_response, table.__name__, counted)
+    grid, body = Grid.over((24, 24), 1e-3, 1e-3), HeatedBody(50.0, 1.3 * 11.7e-6, 1e-5, 1.0)
+    response = HeatResponse(grid, body, replace(body, diffusivity=unlike * body.diffusivity))
+    heat = DividedHeat(np.ones(grid.shape), 0.4)
+    response.displacement(heat)
+    response.temperatures(heat)
+    assert len(built) == tables
 
 
 def test_equal_elastic_constants_need_no_iteration_of_pressure_and_shear() -> None:

@@ -16,7 +16,13 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.halfspace.layered import LayeredBody, SurfaceCompliance, difference_compliance, halfspace_compliance
+from thermoroll_cli.halfspace.layered import (
+    LayeredBody,
+    SurfaceCompliance,
+    TableKind,
+    difference_compliance,
+    halfspace_compliance,
+)
 from thermoroll_cli.problem.problem import Material
 
 STEP = 0.02
@@ -70,19 +76,23 @@ class Coatings:
 
     def normal_table(self, nx: int, ny: int, dx: float, dy: float) -> Array:
         """To be added to `elastic.normal_table`."""
-        return np.asarray(sum(_normal(body, (nx, ny), dx, dy) for _, body in self._layered))
+        return self._tables("normal", nx, ny, dx, dy)[0]
 
     def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]:
         """To be added to `elastic.shear_tables`."""
-        xx, yy, xy = (np.asarray(sum(tables)) for tables in
-                      zip(*(_shear(body, (nx, ny), dx, dy) for _, body in self._layered), strict=True))
+        xx, yy, xy = self._tables("shear", nx, ny, dx, dy)
         return xx, yy, xy
 
     def coupling_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array]:
         """To be added to K times `elastic.coupling_tables`."""
-        x, y = (np.asarray(sum(tables)) for tables in zip(*(
-            [sign * table for table in _coupling(body, (nx, ny), dx, dy)] for sign, body in self._layered), strict=True))
+        x, y = self._tables("coupling", nx, ny, dx, dy)
         return x, y
+
+    def _tables(self, kind: TableKind, nx: int, ny: int, dx: float, dy: float) -> list[Array]:
+        """Sums over both bodies."""
+        of_bodies = ([table * (sign if kind == "coupling" else 1.0) for table in _tables(body, kind, (nx, ny), dx, dy)]
+                     for sign, body in self._layered)
+        return [np.asarray(sum(tables)) for tables in zip(*of_bodies, strict=True)]
 
     # --- wave numbers --------------------------------------------------------------------------------------------
 
@@ -179,24 +189,12 @@ def _seen(body: Material, size: float) -> tuple[Material, float]:
     return material, 1.0 - (1.0 - min(trust, 1.0)) * contrast
 
 
-# The tables do not depend on load and motion: points of a sweep share them.
-
-
 @lru_cache(maxsize=16)
 def _body(material: Material) -> LayeredBody:
     return LayeredBody.of(material)
 
 
-@lru_cache(maxsize=16)
-def _normal(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float) -> Array:
-    return body.normal_table(shape, dx, dy)
-
-
-@lru_cache(maxsize=16)
-def _shear(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array]:
-    return body.shear_tables(shape, dx, dy)
-
-
-@lru_cache(maxsize=8)
-def _coupling(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array]:
-    return body.coupling_tables(shape, dx, dy)
+@lru_cache(maxsize=40)
+def _tables(body: LayeredBody, kind: TableKind, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, ...]:
+    """Tables do not depend on load and motion: points of a sweep share them."""
+    return body.tables(kind, shape, dx, dy)

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from typing import Literal
 
 import numpy as np
 import scipy
@@ -25,6 +26,7 @@ from thermoroll_cli.numerics.quadrature import gauss_points
 from thermoroll_cli.problem.problem import Layer, Material
 
 MIRROR = np.diag([1.0, -1.0])
+TableKind = Literal["normal", "shear", "coupling"]
 
 
 @dataclass(frozen=True)
@@ -292,17 +294,12 @@ class LayeredBody:
                    "coupling": (1, c.tn)}
         return RadialFunctions.of(symbols, self.wave_numbers(), self.thickness)
 
-    def normal_table(self, shape: tuple[int, int], dx: float, dy: float) -> Array:
-        """u_z under p."""
-        return element_integrals(self._radials, [("normal", "even")], shape, dx, dy)[0]
-
-    def shear_tables(self, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array]:
-        """u_x under q_x, u_y under q_y, u_x under q_y."""
-        parts = ("isotropic", "even"), ("directional", "cos2"), ("directional", "sin2")
-        even, along, cross = element_integrals(self._radials, parts, shape, dx, dy)
-        return even - along, even + along, -cross
-
-    def coupling_tables(self, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array]:
-        """u_x and u_y under p."""
-        along, across = element_integrals(self._radials, [("coupling", "cos"), ("coupling", "sin")], shape, dx, dy)
-        return -along, -across
+    def tables(self, kind: TableKind, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, ...]:
+        """u_z under p ("normal"); u_x under q_x, u_y under q_y, u_x under q_y ("shear"); u_x and u_y under p ("coupling")."""
+        parts = {"normal": [("normal", "even")], "coupling": [("coupling", "cos"), ("coupling", "sin")],
+                 "shear": [("isotropic", "even"), ("directional", "cos2"), ("directional", "sin2")]}[kind]
+        integrals = element_integrals(self._radials, parts, shape, dx, dy)
+        if kind == "shear":
+            even, along, cross = integrals
+            return even - along, even + along, -cross
+        return tuple(integrals) if kind == "normal" else tuple(-table for table in integrals)

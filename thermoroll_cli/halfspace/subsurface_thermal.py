@@ -32,7 +32,7 @@ from scipy.special import erf, erfc
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.subsurface_elastic import EXCHANGED_AXES, Corner, between_corners
-from thermoroll_cli.halfspace.thermal import temperature_at_depths
+from thermoroll_cli.halfspace.thermal import STATIONARY_PECLET, extent, temperature_at_depths
 
 GAUSSIAN_CUTOFF = 5.4
 """Gaussians are cut off where their argument reaches this: exp(−5.4²) = 2e-13."""
@@ -40,25 +40,15 @@ TOLERANCE = 1e-10
 """Allowed remainders beyond the last node and within the first one, in Eα/(1−ν) · q dx/k."""
 
 
-@dataclass(frozen=True)
-class Steps:
-    """Steps of the two rules: in the logarithm of u (`outer`), in that of t/(u−t) (`inner`), and the longest one in units of
-    √u/P, where Gaussians of width √u pass by (`passing`). Errors fall exponentially with them."""
-
-    outer: float
-    inner: float
-    passing: float
-
-
-FAST = Steps(0.46, 0.56, 1.75)
-"""Good to 1e-5 of the largest stress of the element (measured for P from 0 to 1e4): grids leave more than 1e-4."""
-EXACT = Steps(0.22, 0.32, 1.0)
-"""Good to 1e-9 of it: for tests."""
+OUTER_STEP, INNER_STEP, PASSING = 0.46, 0.56, 1.75
+"""Steps of the two rules: in the logarithm of u, in that of t/(u−t), and the longest one in units of √u/P, where Gaussians of
+width √u pass by. Good to 1e-5 of the largest stress of the element (measured for P from 0 to 1e4): grids leave more than 1e-4.
+Errors fall exponentially with them, to 1e-9 with 0.22, 0.32 and 1."""
 
 Function = Callable[[Array], Array]
 
 
-def outer_rule(reach: float, length: float, peclet: tuple[float, float], steps: Steps = FAST) -> tuple[Array, Array]:
+def outer_rule(reach: float, length: float, peclet: tuple[float, float]) -> tuple[Array, Array]:
     """Nodes u and weights of ∫ … du: trapezoidal in v = ln u + c√π τ₁ erf(√u/τ₁), with steps as short as the drift requires.
 
     `reach` is the farthest offset downstream, `length` the shorter side of the element. Before the first node no heat has left
@@ -66,7 +56,7 @@ def outer_rule(reach: float, length: float, peclet: tuple[float, float], steps: 
     along = math.hypot(*peclet)
     shortest = length / (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * along * length))
     edge = (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 4.0 * along * reach)) / (2.0 * along)
-    rim, density = 1.5 * edge, 1.5 * along * steps.outer / steps.passing
+    rim, density = 1.5 * edge, 1.5 * along * OUTER_STEP / PASSING
     first, last = 2.0 * math.log(shortest), max(-math.log(12.0 * along * TOLERANCE), 2.0 * math.log(edge) + 4.0)
 
     def mapped(log_u: Array) -> Array:
@@ -77,16 +67,16 @@ def outer_rule(reach: float, length: float, peclet: tuple[float, float], steps: 
         tau = np.exp(0.5 * log_u)
         return np.asarray(1.0 + density * tau * np.exp(-((tau / rim) ** 2)))
 
-    log_u = _equal_steps(mapped, slope, first, last, steps.outer)
+    log_u = _equal_steps(mapped, slope, first, last, OUTER_STEP)
     u = np.exp(log_u)
-    return u, steps.outer * u / slope(log_u)
+    return u, OUTER_STEP * u / slope(log_u)
 
 
-def inner_rule(u: float, furthest: float, peclet: float, steps: Steps = FAST) -> tuple[Array, Array, Array, int, int]:
+def inner_rule(u: float, furthest: float, peclet: float) -> tuple[Array, Array, Array, int, int]:
     """Nodes of ∫ … dt from 0 to u: trapezoidal in v = ζ + c t/u with t/(u−t) = e^ζ and c ∝ P√u.
 
     Returns t/(u−t), t, weights, and the first and last node that need a Gaussian of their own. Nodes end at `furthest`."""
-    drift = peclet * math.sqrt(u) * steps.inner / steps.passing
+    drift = peclet * math.sqrt(u) * INNER_STEP / PASSING
 
     def mapped(zeta: Array) -> Array:
         return np.asarray(zeta + drift / (1.0 + np.exp(-zeta)))
@@ -96,13 +86,13 @@ def inner_rule(u: float, furthest: float, peclet: float, steps: Steps = FAST) ->
 
     share = furthest / u
     end = 36.0 if share >= 1.0 - 1e-15 else min(math.log(share) - math.log1p(-share), 36.0)
-    zeta = _equal_steps(mapped, slope, -36.0, end, steps.inner)
+    zeta = _equal_steps(mapped, slope, -36.0, end, INNER_STEP)
     odds = np.exp(zeta)
     t = u * odds / (1.0 + odds)
     alone = math.log(math.sqrt(TOLERANCE / max(drift, 1.0)))
     first, last = int(np.searchsorted(zeta, alone)), int(np.searchsorted(zeta, -alone))
     first = min(first, len(zeta) - 1)
-    return odds, t, steps.inner * t / (1.0 + odds) / slope(zeta), first, max(min(last, len(zeta) - 1), first)
+    return odds, t, INNER_STEP * t / (1.0 + odds) / slope(zeta), first, max(min(last, len(zeta) - 1), first)
 
 
 def _equal_steps(mapped: Function, slope: Function, first: float, last: float, step: float) -> Array:
@@ -116,8 +106,6 @@ def _equal_steps(mapped: Function, slope: Function, first: float, last: float, s
     return np.asarray(nodes)
 
 
-STATIONARY_PECLET = 1e-11
-"""P × table size below which the limit P → 0 is exact to rounding."""
 INNER_NODES_TOGETHER = 48
 """Inner nodes taken together: few enough for narrow windows."""
 OUTER_NODES_TOGETHER = 64
@@ -125,28 +113,26 @@ OUTER_NODES_TOGETHER = 64
 
 
 def thermal_stress(
-    x: Array, y: Array, depths: Array, aspect: float, peclet_x: float, peclet_y: float, poisson_ratio: float,
-    steps: Steps = FAST,
+    x: Array, y: Array, depths: Array, aspect: float, peclet_x: float, peclet_y: float, poisson_ratio: float
 ) -> Array:
     """Thermal stresses under one heated element, in Eα/(1−ν) · q dx/k.
 
     `x`, `y` are ascending offsets from the element's centre in steps of 1 and of `aspect`, none of them on its edges;
-    `depths` ascend. Returns (len(depths), 6, len(x), len(y)), components xx yy zz xy xz yz, good to 1e-5 of the largest with
-    the `steps` FAST. Raises ValueError for a depth that is negative or a Péclet number that is not finite.
+    `depths` ascend. Returns (len(depths), 6, len(x), len(y)), components xx yy zz xy xz yz, good to 1e-5 of the
+    largest. Raises ValueError for a depth that is negative or a Péclet number that is not finite.
     """
     _check(depths, peclet_x, peclet_y)
-    size = max(float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect)
-    if math.hypot(peclet_x, peclet_y) * size < STATIONARY_PECLET:
+    if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
         return np.stack([stationary_stress(x, y, float(z), aspect, poisson_ratio) for z in depths])
     if abs(peclet_y) > abs(peclet_x):
         # The inner rule follows the motion along x: exchange the axes, in units of dy.
         turned = thermal_stress(y / aspect, x / aspect, depths / aspect, 1.0 / aspect, peclet_y * aspect, peclet_x * aspect,
-                                poisson_ratio, steps)
+                                poisson_ratio)
         return aspect * turned.transpose(0, 1, 3, 2)[:, list(EXCHANGED_AXES)]
     if peclet_x < 0.0:
-        mirrored = thermal_stress(-x[::-1], y, depths, aspect, -peclet_x, peclet_y, poisson_ratio, steps)[:, :, ::-1]
+        mirrored = thermal_stress(-x[::-1], y, depths, aspect, -peclet_x, peclet_y, poisson_ratio)[:, :, ::-1]
         return mirrored * np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])[:, None, None]
-    stress = _Superposition(x, y, depths, aspect, (peclet_x, peclet_y), poisson_ratio, steps).sum()
+    stress = _Superposition(x, y, depths, aspect, (peclet_x, peclet_y), poisson_ratio).sum()
     temperature = temperature_at_depths(x, y, depths, aspect, peclet_x, peclet_y)
     stress[:, 0] -= temperature
     stress[:, 1] -= temperature
@@ -178,14 +164,6 @@ def _check(depths: Array, peclet_x: float, peclet_y: float) -> None:
 
 
 @dataclass(frozen=True)
-class _Inner:
-    """Nodes t of the inner rule at one u, and the weights (3, depths, nodes) of H, Ψ and ∂_z Ψ."""
-
-    t: Array
-    weights: Array
-
-
-@dataclass(frozen=True)
 class _Superposition:
     """The double integral over the Gaussians, without −T: P_x > 0."""
 
@@ -195,12 +173,11 @@ class _Superposition:
     aspect: float
     peclet: tuple[float, float]
     poisson_ratio: float
-    steps: Steps
 
     def sum(self) -> Array:
         """(depths, 6, len(x), len(y))."""
         total = np.zeros((len(self.depths), 6, len(self.x), len(self.y)))
-        u, weights = outer_rule(self._reach(), min(1.0, self.aspect), self.peclet, self.steps)
+        u, weights = outer_rule(self._reach(), min(1.0, self.aspect), self.peclet)
         for start, stop in pairwise([*range(0, len(u), OUTER_NODES_TOGETHER), len(u)]):
             # No heat has arrived at larger depths yet.
             active = int(np.searchsorted(self.depths, 2.0 * GAUSSIAN_CUTOFF * math.sqrt(u[stop - 1]), side="right"))
@@ -215,9 +192,9 @@ class _Superposition:
         """Add the contributions of the outer nodes `u` to the first depths."""
         along, across = [], []
         for variance, weight in zip(u, weights, strict=True):
-            inner = self._inner(float(variance), float(weight), depths)
-            shifts, shares = self._lateral(float(variance), inner.t)
-            along.append(self._along(float(variance), inner, shares))
+            times, of_times = self._inner(float(variance), float(weight), depths)
+            shifts, shares = self._lateral(float(variance), times)
+            along.append(self._along(float(variance), times, of_times, shares))
             across += [_cell(self.y - shift, self.aspect, float(variance)) for shift in shifts]
         # (terms, depths, nodes, x) and (orders, nodes, y); with lateral motion every node u counts once for each shift.
         f = np.concatenate(along, axis=2)
@@ -236,10 +213,11 @@ class _Superposition:
             total[layer, 4] += shear_x[layer].T @ g[0]
             total[layer, 5] += shear_y[layer].T @ g[1]
 
-    def _inner(self, u: float, weight: float, depths: Array) -> _Inner:
-        """The inner rule at one u, with all factors of gx gy in its weights."""
+    def _inner(self, u: float, weight: float, depths: Array) -> tuple[Array, Array]:
+        """Nodes t of the inner rule at one u, and the weights (3, depths, nodes) of H, Ψ and ∂_z Ψ with all factors of
+        gx gy."""
         furthest = (self._reach() + 2.0 * GAUSSIAN_CUTOFF * math.sqrt(u)) / self.peclet[0]
-        odds, t, dt, first, last = inner_rule(u, furthest, self.peclet[0], self.steps)
+        odds, t, dt, first, last = inner_rule(u, furthest, self.peclet[0])
         # a = z √(t/(4u(u−t))); `odds` is t/(u−t) to full precision at both ends.
         rate = np.sqrt(odds / (4.0 * u))
         z = depths[:, None]
@@ -254,19 +232,19 @@ class _Superposition:
         kept = every[:, :, first : last + 1].copy()
         kept[:, :, 0] += every[:, :, :first].sum(axis=2)
         kept[:, :, -1] += every[:, :, last + 1 :].sum(axis=2)
-        return _Inner(t[first : last + 1], kept)
+        return t[first : last + 1], kept
 
-    def _along(self, u: float, inner: _Inner, shares: Array) -> Array:
+    def _along(self, u: float, nodes: Array, of_nodes: Array, shares: Array) -> Array:
         """Inner sums (7, depths, shifts, len(x)): of H and Ψ without and with ∂_xx, ∂_x of Ψ − (1−ν)H, and ∂_x ∂_z Ψ, ∂_z Ψ."""
-        h, psi, slope = (part[:, None, :] * shares for part in inner.weights)
+        h, psi, slope = (part[:, None, :] * shares for part in of_nodes)
         mixed = psi - (1.0 - self.poisson_ratio) * h
         by_order = (np.stack([h, psi, slope]), np.stack([mixed, slope]), np.stack([h, psi]))
         targets = ([0, 2, 6], [4, 5], [1, 3])
         out = np.zeros((7, *h.shape[:2], len(self.x)))
         speed = self.peclet[0]
         spread = 2.0 * GAUSSIAN_CUTOFF * math.sqrt(u) + 0.5
-        for start in range(0, len(inner.t), INNER_NODES_TOGETHER):
-            times = inner.t[start : start + INNER_NODES_TOGETHER]
+        for start in range(0, len(nodes), INNER_NODES_TOGETHER):
+            times = nodes[start : start + INNER_NODES_TOGETHER]
             low, high = np.searchsorted(self.x, [speed * times[0] - spread, speed * times[-1] + spread])
             if low == high:
                 continue

@@ -70,17 +70,6 @@ def temperature_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y
     return mirrored(temperature_at(x, y, aspect, peclet_x, peclet_y), ny)
 
 
-def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
-    """Thermal expansion of the surface (outward) around one heated element on moving material, Eq. 20 in real space.
-
-    Arguments, shape and errors raised are those of `temperature_table`; units (1+ν) α q dx²/k. Good to 3e-8 of the
-    coefficient of the element on itself. Without motion the displacement is defined up to a constant: P = 0 gives
-    −ln(r)/2π integrated over the element. With P → 0 the table rises without bound, by −b ln(P)/2π everywhere.
-    """
-    x, y = offsets(nx, ny, aspect, peclet_x, peclet_y)
-    return mirrored(displacement_at(x, y, aspect, peclet_x, peclet_y), ny)
-
-
 def temperature_at(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Temperature in q dx/k at the grid of ascending offsets x × y from the source, in dx; shape (len(x), len(y)).
 
@@ -94,19 +83,24 @@ def temperature_at_depths(x: Array, y: Array, depths: Array, aspect: float, pecl
 
     The integrand of T over time gains the factor exp(−z²/4τ²)."""
     if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
-        return np.stack([stationary_temperature_below(x, y, float(z), aspect) for z in depths])
+        return np.stack([stationary_temperature(x, y, aspect, float(z)) for z in depths])
     return 2.0 / math.sqrt(math.pi) * time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
 
 
-def displacement_at(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
-    """Expansion in (1+ν) α q dx²/k at the grid of ascending offsets x × y; as `temperature_at`."""
-    peclet = math.hypot(peclet_x, peclet_y)
-    size = extent(x, y, aspect)
+def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
+    """Thermal expansion of the surface (outward) around one heated element on moving material, Eq. 20 in real space.
+
+    Arguments, shape and errors raised are those of `temperature_table`; units (1+ν) α q dx²/k. Good to 3e-8 of the
+    coefficient of the element on itself. Without motion the displacement is defined up to a constant: P = 0 gives
+    −ln(r)/2π integrated over the element. With P → 0 the table rises without bound, by −b ln(P)/2π everywhere.
+    """
+    x, y = offsets(nx, ny, aspect, peclet_x, peclet_y)
+    peclet, size = math.hypot(peclet_x, peclet_y), extent(x, y, aspect)
     if peclet * size < STATIONARY_PECLET:
         table = stationary_displacement(x, y, aspect)
         if peclet > 0.0:
             table += aspect / (2.0 * math.pi) * (math.log(16.0) - math.log(peclet) - np.euler_gamma - 1.0)
-        return table
+        return mirrored(table, ny)
     nodes, weights, last = angle_rule(peclet * size)
     table = np.zeros((len(x), len(y)))
     phi = table
@@ -117,7 +111,7 @@ def displacement_at(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y
     # Beyond the last node Φ has reached its limit for slow motion and grows by −(b/2π) ln(sech²y).
     growth = aspect / math.pi * (np.log(np.cosh(nodes[last + 1 :])) - math.log(math.cosh(nodes[last])))
     table += weights[last + 1 :].sum() * phi + weights[last + 1 :] @ growth
-    return table
+    return mirrored(table, ny)
 
 
 def angle_rule(reach: float, step: float = ANGLE_STEP) -> tuple[Array, Array, int]:
@@ -149,24 +143,13 @@ def advected_expansion(x: Array, y: Array, aspect: float, peclet_x: float, pecle
     return 2.0 * time_integral(x, y, aspect, peclet_x, peclet_y, power=1, depths=np.zeros(1))[0]
 
 
-def stationary_temperature(x: Array, y: Array, aspect: float) -> Array:
-    """1/2πr integrated over the element, in q dx/k: [ξ asinh(η/|ξ|) + η asinh(ξ/|η|)]/2π between the corners ξ, η."""
+def stationary_temperature(x: Array, y: Array, aspect: float, z: float = 0.0) -> Array:
+    """1/2π√(r² + z²) integrated over the element, in q dx/k: [ξ asinh(η/√(ξ²+z²)) + η asinh(ξ/√(η²+z²)) − z atan(ξη/zρ)]/2π
+    between the corners ξ, η, with ρ² = ξ² + η² + z²."""
 
     def corner(xi: Array, eta: Array) -> Array:
-        return xi * np.arcsinh(eta / np.abs(xi)) + eta * np.arcsinh(xi / np.abs(eta))
-
-    return between_corners(corner, x, y, aspect) / (2.0 * math.pi)
-
-
-def stationary_temperature_below(x: Array, y: Array, z: float, aspect: float) -> Array:
-    """1/2π√(r² + z²) integrated over the element, in q dx/k: `stationary_temperature` with depth, less z atan(ξη/zρ)."""
-    if z == 0.0:
-        return stationary_temperature(x, y, aspect)
-
-    def corner(xi: Array, eta: Array) -> Array:
-        along, across = np.hypot(xi, z), np.hypot(eta, z)
-        rho = np.sqrt(xi**2 + eta**2 + z * z)
-        return xi * np.arcsinh(eta / along) + eta * np.arcsinh(xi / across) - z * np.arctan(xi * eta / (z * rho))
+        surface = xi * np.arcsinh(eta / np.hypot(xi, z)) + eta * np.arcsinh(xi / np.hypot(eta, z))
+        return surface - z * np.arctan(xi * eta / (z * np.sqrt(xi**2 + eta**2 + z * z))) if z else surface
 
     return between_corners(corner, x, y, aspect) / (2.0 * math.pi)
 
@@ -273,7 +256,6 @@ def cell_average(centres: Array, length: float, speed: float, tau: Array) -> Arr
     half = length / (4.0 * tau)
     middle = (centres - speed * tau**2) / (2.0 * tau)
     if tau[0, 0] < SERIES_FROM * length:
-
         return 0.5 * (erf(middle + half) - erf(middle - half))
     # Taylor series of the difference about its middle (derivatives of exp(−a²) are Hermite polynomials).
     a2 = middle * middle

@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.layered_thermal import LayeredHeat, LayeredQuantity
 from thermoroll_cli.halfspace.thermal import displacement_table, slopes, temperature_slope_table, temperature_table
 from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
-
-
-class LayerTables(Protocol):
-    """Contribution of coatings to the response of a half-space of the top material (`layered_thermal.LayeredHeat`)."""
-
-    def table(
-        self, quantity: Literal["temperature", "interface", "expansion"], shape: tuple[int, int], sizes: tuple[float, float],
-        speed: tuple[float, float], *, slope: bool = False,
-    ) -> Array:
-        """The influence table of a flux of 1 W/m², (2nx−1, 2ny−1)."""
 
 
 @dataclass(frozen=True)
@@ -34,17 +26,15 @@ class HeatedBody:
     diffusivity: float
     speed_x: float
     speed_y: float = 0.0
-    layers: LayerTables | None = None
+    layers: LayeredHeat | None = None
 
-    def layered_table(
-        self, quantity: Literal["temperature", "interface", "expansion"], grid: Grid, *, slope: bool = False
-    ) -> Array:
-        """Contribution of the coatings per flux (`LayerTables.table`)."""
+    def layered_table(self, quantity: LayeredQuantity, grid: Grid, *, slope: bool = False) -> Array:
+        """Contribution of the coatings per flux (`LayeredHeat.table`)."""
         assert self.layers is not None
         return self.layers.table(quantity, grid.shape, (grid.dx, grid.dy), (self.speed_x, self.speed_y), slope=slope)
 
 
-Likeness = tuple[float, float, LayerTables | None]
+Likeness = tuple[float, float, LayeredHeat | None]
 """V dx/κ along x and y, and coatings: bodies with the same ones have proportional responses."""
 
 
@@ -155,25 +145,18 @@ class HeatResponse:
     """Bodies whose material passes at one velocity each: free-space kernels on one grid, built when first asked for.
 
     For temperatures frictional heat changes linearly along x within each element (`thermal.temperature_slope_table`): they are
-    those at the elements' centres, at second order. `tables` counts the influence tables built; equal bodies at equal speed
-    share theirs.
-    """
+    those at the elements' centres, at second order. Equal bodies at equal speed share their tables."""
 
     def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, expansion: KeptTables | None = None) -> None:
         self.grid = grid
         self._expansion_tables = expansion or KeptTables()
         self.bodies = (lower, upper)
-        self.tables = 0
-        self._convolution: Convolution | None = None
         self._temperature: dict[tuple[Likeness, bool], Spectrum] = {}
         self._expansion: dict[tuple[float, float], Spectrum] = {}
-        self._gap: Spectrum | None = None
 
-    @property
+    @cached_property
     def convolution(self) -> Convolution:
-        if self._convolution is None:
-            self._convolution = Convolution(*self.grid.shape)
-        return self._convolution
+        return Convolution(*self.grid.shape)
 
     @property
     def matched_share(self) -> float | None:
@@ -230,18 +213,18 @@ class HeatResponse:
         return convolution.inverse(hat)
 
     def temperature_difference(self, exchange: Array) -> Array:
-        """As `ThermalResponse`."""
         convolution, spectrum = self.difference_symbol()
         hat = convolution.forward(exchange)
         hat *= spectrum
         return convolution.inverse(hat)
 
     def difference_symbol(self) -> tuple[Convolution, Spectrum]:
-        """As `ThermalResponse`."""
-        if self._gap is None:
-            spectra = [self._temperature_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]
-            self._gap = np.asarray(spectra[0] + spectra[1])
         return self.convolution, self._gap
+
+    @cached_property
+    def _gap(self) -> Spectrum:
+        lower, upper = (self._temperature_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies)
+        return np.asarray(lower + upper)
 
     def _rise(
         self, body: HeatedBody, flux: Spectrum, slope: Spectrum, share: float, exchanged: Spectrum | None, sign: float
@@ -260,7 +243,6 @@ class HeatResponse:
         """Kernel of the temperature of a body, or of that by heat that changes along x within its element (`slope`)."""
         grid, likeness = self.grid, _likeness(self.grid, body)
         if (likeness, slope) not in self._temperature:
-            self.tables += not slope
             build = temperature_slope_table if slope else temperature_table
             table = build(grid.nx, grid.ny, grid.dy / grid.dx, *likeness[:2])
             if body.layers is not None:
@@ -284,7 +266,6 @@ class HeatResponse:
                     total += share * body.layered_table("expansion", grid)
             for key, factor in weights.items():
                 if factor:
-                    self.tables += 1
                     total += factor * self._expansion_tables(grid, key)
             self._expansion[shares] = self.convolution.spectrum(total)
         return self._expansion[shares]

@@ -307,7 +307,6 @@ class RecirculatingResponse:
         return self.passing.likely_share
 
     def displacement(self, heat: DividedHeat) -> Array:
-        """As `ThermalResponse`."""
         expansion = self.passing.displacement(heat)
         if self.bulging:
             for track, flux in zip(self.tracks, (heat.lower, heat.upper), strict=True):
@@ -322,7 +321,6 @@ class RecirculatingResponse:
         return lower + before, upper + above
 
     def temperature_difference(self, exchange: Array) -> Array:
-        """As `ThermalResponse`."""
         sums, gap = exchange.sum(axis=0), self.passing.temperature_difference(exchange)
         return gap + sum(track.temperature for track in self.tracks if track is not None) @ sums
 

@@ -25,9 +25,6 @@ from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, thermal_a
 from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
 
-TOLERANCE = 1e-5
-"""Error of the expansion relative to the largest coefficient, and to the sum of all."""
-
 Expansion = tuple[list[Spectrum], PecletWeights]
 
 
@@ -50,7 +47,7 @@ class SlidingKernels:
 
     def _expansion(self, kind: ThermalKind, limit: float) -> Expansion:
         grid = self.grid
-        tables, weights = variable_peclet_tables(grid.nx, grid.ny, grid.dy / grid.dx, limit, kind, TOLERANCE)
+        tables, weights = variable_peclet_tables(grid.nx, grid.ny, grid.dy / grid.dx, limit, kind)
         return [self.convolution.spectrum(table) for table in tables], weights
 
 
@@ -76,13 +73,11 @@ class SlidingHeatResponse:
 
     @property
     def matched_share(self) -> float | None:
-        """As `ThermalResponse`."""
         lower, upper = (body.conductivity for body in self.bodies)
         return lower / (lower + upper) if self._alike else None
 
     @property
     def likely_share(self) -> float:
-        """As `ThermalResponse`."""
         lower, upper = (thermal_admittance(self.grid, body, 0.5 * self._fastest) for body in self.bodies)
         return lower / (lower + upper)
 
@@ -98,7 +93,6 @@ class SlidingHeatResponse:
         return self._respond("displacement", lower, scaled[0]) + self._respond("displacement", upper, scaled[1])
 
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
-        """As `ThermalResponse`."""
         lower, upper = self.bodies
         if self._alike and heat.exchanged is None:
             rise = self._respond("temperature", lower, heat.total) * self.grid.dx
@@ -109,7 +103,6 @@ class SlidingHeatResponse:
         return self._rise(lower, heat.lower), self._rise(upper, heat.upper)
 
     def temperature_difference(self, exchange: Array) -> Array:
-        """As `ThermalResponse`."""
         lower, upper = self.bodies
         if self._alike:
             rise = self._respond("temperature", lower, exchange)

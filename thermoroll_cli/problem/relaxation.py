@@ -48,8 +48,3 @@ def retardation(relaxation: Sequence[tuple[float, float]]) -> Series:
 def modulus_at(relaxation: Sequence[tuple[float, float]], frequency: float) -> complex:
     """Complex modulus over E₀ at an angular `frequency` (rad/s): 1 − Σ g/(1 + iωτ)."""
     return 1.0 - sum(share / (1.0 + 1j * frequency * time) for share, time in relaxation)
-
-
-def relaxed_share(relaxation: Sequence[tuple[float, float]]) -> float:
-    """E_∞/E₀."""
-    return 1.0 - math.fsum(share for share, _ in relaxation)
