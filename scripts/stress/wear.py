@@ -9,7 +9,7 @@ import numpy as np
 
 from scripts.stress.outcome import Outcome
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.geometry import Geometry, Profile, smallest_gap, surfaces
+from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
 from thermoroll_cli.problem.problem import BODIES, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.worn.evolution import ContactState, evolution, line_load, worn_apart, worn_geometry
@@ -100,7 +100,7 @@ def check_approach(problem: Problem) -> Outcome:
         assert last.result is not None
         given, load = last.result.problem.approach, last.result.coupled.scalars["normal_N"]
         assert given is not None and problem.approach is not None
-        rise = smallest_gap(worn_geometry(problem.geometry, last.rows, last.worn)) - smallest_gap(problem.geometry)
+        rise = worn_geometry(problem.geometry, last.rows, last.worn).first_touch[1] - problem.geometry.first_touch[1]
         if not math.isclose(given + rise, problem.approach, rel_tol=1e-9):
             found.append(f"step {last.steps}: the axles moved by {given + rise - problem.approach:g} m")
         if before is not None and last.result.converged and not load < FALLS * before:

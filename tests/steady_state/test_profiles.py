@@ -14,7 +14,7 @@ from tests.support.scenes import STEEL, elastic, on_grid, order, rolling, solved
 from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.problem.geometry import Geometry, Profile, closest_place, lateral_gap, surfaces
+from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan
@@ -142,7 +142,7 @@ def test_tilt_and_offset_move_an_arc():
     """A parabola tilted by t is the same parabola moved by t R, and an offset moves it back: the contact is the centred one."""
     tilt, radius = 5e-3, 0.04
     profile = points(lambda y: -(y**2) / 80.0, -4.0, 4.0, 41, tilt=tilt, offset=-tilt * radius)
-    assert closest_place(below(profile, 0.02)) == pytest.approx(0.0, abs=1e-9)
+    assert below(profile, 0.02).first_touch[0] == pytest.approx(0.0, abs=1e-9)
     turned = solved(rolling(grid=32, geometry=below(profile, 0.02), body=elastic(0.3), load=400.0))
     straight = solved(rolling(grid=32, geometry=ARC, body=elastic(0.3), load=400.0))
     for key in ("approach_um", "pressure_max_MPa", "contact_area_mm2"):
@@ -231,7 +231,7 @@ def test_a_sharp_roller_is_solved_and_marked():
 def test_profiles_that_never_face_each_other():
     apart = Geometry(math.inf, math.inf, 0.02, math.inf, points(egg, -6.0, -2.0), points(egg, 2.0, 6.0))
     with pytest.raises(ValueError, match="never face each other"):
-        lateral_gap(apart, np.zeros(1))
+        apart.across(np.zeros(1))
 
 
 # --- what works for ellipses works for profiles ---------------------------------------------------------------------------

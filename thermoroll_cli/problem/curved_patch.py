@@ -9,7 +9,6 @@ load is ∬ p cos α. Influence coefficients stay those of a half-space in the a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,7 +16,7 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, Geometry, Profile, Surface, Unsolvable, facing, surfaces
+from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, ContactGeometry, Geometry, Surface, Unsolvable, surfaces
 
 SAMPLES = 401
 """Arc lengths at which the gap of `conformal_patch` is tabulated: splines between them are good to 1e-10 of the radius."""
@@ -37,7 +36,7 @@ Row = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class CurvedPatch:
+class CurvedPatch(ContactGeometry):
     """Tables over the arc length `y` (m, increasing), joined by cubic splines; there is no contact beyond its ends.
 
     `lateral`: coordinate across in the frame (m); `angle`: inclination α (rad). On each line of rolling the gap along the
@@ -82,28 +81,8 @@ class CurvedPatch:
         return np.moveaxis(self._splines(np.clip(y, *self.limits)), -1, 0)
 
     @property
-    def elliptic(self) -> bool:
-        return False
-
-    @property
     def curvature_x(self) -> float:
         return float(self.curvature[int(np.argmin(self.gap_lowest))])
-
-    @property
-    def curvature_y(self) -> float:
-        return math.nan
-
-    @property
-    def across_radii(self) -> tuple[float, float]:
-        return math.inf, math.inf
-
-    @property
-    def slopes(self) -> tuple[Callable[[Array], Array], ...]:
-        return ()
-
-    @property
-    def profiles(self) -> tuple[tuple[str, Profile], ...]:
-        return ()
 
     def section(self, y: Array) -> tuple[Array, Array]:
         return np.zeros(np.shape(y)), self.across(y)
@@ -144,9 +123,6 @@ class CurvedPatch:
     def inclination(self, y: Array) -> Array:
         return np.asarray(self._at(y)[1])
 
-    def surface_angle(self, shares: tuple[float, float], y: Array) -> Array:
-        return self.inclination(y)
-
     def lateral_place(self, y: Array) -> Array:
         return np.asarray(self._at(y)[0])
 
@@ -155,9 +131,6 @@ class CurvedPatch:
 
     def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
         return np.asarray(self._splines(np.clip(y, *self.limits), 1)[..., 7])
-
-    def lateral_slip(self, shares: tuple[float, float], x: Array | float, y: Array) -> Array:
-        return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))  # `rigid_slip` has it, from slip_y and spin
 
     def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
         """(ξ_x − ξ_φ Y, (ξ_y + ξ_φ x) cos α + slip_y + spin x) with the lateral coordinate Y in the frame."""
@@ -243,7 +216,7 @@ def _sampled(
         if last - first > len(y) // 2:
             break
         low, high = float(y[max(first - 1, 0)]), float(y[min(last + 1, len(y) - 1)])
-    lowest, highest = facing(geometry)
+    lowest, highest = geometry.limits
     y = y[first : last + 1]
     return y, closest, (bool(y[0] > lowest), bool(y[-1] < highest))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Literal, Protocol
 
 import numpy as np
@@ -108,13 +108,9 @@ class ContactGeometry(Protocol):
     (arc length if that is curved); lengths in m, angles in rad. Instances are immutable, hashable and comparable, because
     problems of equal geometry share solvers."""
 
-    @property
-    def lower_radius_x(self) -> float:
-        """Radius of the lower body along rolling; inf is flat, negative is concave."""
-
-    @property
-    def upper_radius_x(self) -> float:
-        """Radius of the upper body along rolling."""
+    lower_radius_x: float
+    upper_radius_x: float
+    """Radii of both bodies along rolling; inf is flat, negative is concave."""
 
     @property
     def curvature_x(self) -> float:
@@ -123,22 +119,27 @@ class ContactGeometry(Protocol):
     @property
     def elliptic(self) -> bool:
         """Whether the gap is x²/2R'_x + y²/2R'_y, so that the contact of homogeneous bodies is Hertz's."""
+        return False
 
     @property
     def curvature_y(self) -> float:
         """Relative curvature 1/R'_y in 1/m of an elliptic gap."""
+        return math.nan
 
     @property
     def across_radii(self) -> tuple[float, float]:
         """Radii across rolling of the lower and the upper body; inf for other shapes."""
+        return math.inf, math.inf
 
     @property
     def slopes(self) -> tuple[Callable[[Array], Array], ...]:
         """Slope of each body's surface against a plane common surface, as functions of y; empty where that is curved."""
+        return ()
 
     @property
     def profiles(self) -> tuple[tuple[str, Profile], ...]:
         """Bodies with a profile, by name."""
+        return ()
 
     def section(self, y: Array) -> tuple[Array, Array]:
         """Heights of the lower and the upper surface where they touch first, (m,)."""
@@ -146,6 +147,7 @@ class ContactGeometry(Protocol):
     @property
     def leans(self) -> bool:
         """Whether the places of the smallest gap on the lines of rolling are not all at x = 0."""
+        return False
 
     @property
     def free_ends(self) -> tuple[bool, bool]:
@@ -171,13 +173,16 @@ class ContactGeometry(Protocol):
 
     def lateral_place(self, y: Array) -> Array:
         """Coordinate across in the frame, (m,): y itself if the common surface is a plane."""
+        return y
 
     def inclination(self, y: Array) -> Array:
         """Angle α between the common surface and the plane of the frame, (m,): normals are (0, −sin α, cos α)."""
+        return np.zeros(np.shape(y))
 
     def surface_angle(self, shares: tuple[float, float], y: Array) -> Array:
         """Inclination of the surface in which the bodies touch, (m,): `inclination`, or how far it leaves the plane. `shares`
         are those of both bodies in the compliance of the contact."""
+        return self.inclination(y)
 
     def longitudinal_slip(self, shares: tuple[float, float], y: Array) -> Array:
         """Slip s_x/V of the bodies' shapes in addition to creepage and spin, (m,)."""
@@ -187,6 +192,7 @@ class ContactGeometry(Protocol):
 
     def lateral_slip(self, shares: tuple[float, float], x: Array | float, y: Array) -> Array:
         """Slip s_y/V of the bodies' shapes beyond `rigid_slip`, at the places x, y, which are broadcast."""
+        return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))
 
     def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
         """Slip s/V by creepages (ξ_x, ξ_y) and spin ξ_φ (rad/m), and across rolling by a curved common surface: (2, ...) at
@@ -194,7 +200,7 @@ class ContactGeometry(Protocol):
 
 
 @dataclass(frozen=True)
-class Geometry:
+class Geometry(ContactGeometry):
     """Radii of both bodies along rolling (x) and across (y) in m: inf is flat, negative is concave; or profiles across, whose
     radius is then inf. The common surface is the plane z = 0."""
 
@@ -220,14 +226,50 @@ class Geometry:
 
     @property
     def limits(self) -> tuple[float, float]:
-        return facing(self)
+        lower, upper = surfaces(self)
+        low, high = max(lower.ends[0], upper.ends[0]), min(lower.ends[1], upper.ends[1])
+        if not low < high:
+            raise Unsolvable(f"the profiles never face each other: one ends at y = {1e3 * high:g} mm, the other begins at "
+                             f"{1e3 * low:g} mm", "geometry.upper_profile", "profiles that touch")
+        return low, high
 
-    @property
+    @cached_property
     def symmetric(self) -> bool:
-        return self.elliptic or is_symmetric(self)
+        if self.elliptic:
+            return True
+        low, high = self.limits
+        if not math.isclose(-low, high, rel_tol=SYMMETRY_TOLERANCE):
+            return False
+        y = np.linspace(0.0, high, GAP_SAMPLES)[:-1]
+        for surface in surfaces(self):
+            there, here = surface.height(-y), surface.height(y)
+            if not np.abs(here - there).max() <= SYMMETRY_TOLERANCE * max(float(np.ptp(here)), 1e-300):
+                return False
+        return True
+
+    @cached_property
+    def first_touch(self) -> tuple[float, float]:
+        """The y (m) at which the unloaded bodies touch first, and z₂ − z₁ (m) there, of heights as they are given."""
+        if self.elliptic:
+            return 0.0, 0.0
+        lower, upper = surfaces(self)
+        low, high = self.limits
+        knots = [y for _, profile in self.profiles
+                 for y in (p[0] + profile.offset for p in profile.points) if low <= y <= high]
+        y = np.union1d(np.linspace(low, high, GAP_SAMPLES), knots)
+        for _ in range(4):
+            gap = -(lower.height(y) + upper.height(y))
+            k = int(np.argmin(gap))
+            a, b = y[max(k - 1, 0)], y[min(k + 1, len(y) - 1)]
+            place, value = float(y[k]), float(gap[k])
+            y = np.union1d(np.linspace(a, b, GAP_SAMPLES // 10), [place])
+        return place, value
 
     def across(self, y: Array) -> Array:
-        return 0.5 * self.curvature_y * y**2 if self.elliptic else lateral_gap(self, y)
+        if self.elliptic:
+            return 0.5 * self.curvature_y * y**2
+        lower, upper = surfaces(self)
+        return np.asarray(-(lower.height(y) + upper.height(y)) - self.first_touch[1])
 
     def gap(self, x: Array, y: Array) -> Array:
         return np.asarray(0.5 * self.curvature_x * x[:, None] ** 2 + self.across(y)[None, :])
@@ -246,13 +288,9 @@ class Geometry:
         return tuple((body, profile) for body, profile in both if profile is not None)
 
     def section(self, y: Array) -> tuple[Array, Array]:
-        place = np.array([closest_place(self)])
+        place = np.array([self.first_touch[0]])
         lower, upper = (surface.height(y) - surface.height(place) for surface in surfaces(self))
         return lower, -upper
-
-    @property
-    def leans(self) -> bool:
-        return False
 
     @property
     def free_ends(self) -> tuple[bool, bool]:
@@ -262,12 +300,6 @@ class Geometry:
     def along(self, depth: float, y: Array) -> tuple[float, float]:
         half = math.sqrt(2.0 * depth / self.curvature_x)
         return -half, half
-
-    def lateral_place(self, y: Array) -> Array:
-        return y
-
-    def inclination(self, y: Array) -> Array:
-        return np.zeros(np.shape(y))
 
     def surface_angle(self, shares: tuple[float, float], y: Array) -> Array:
         bottom, top = surfaces(self)
@@ -328,63 +360,6 @@ def surfaces(geometry: Geometry) -> tuple[Surface, Surface]:
     """The lower and the upper surface."""
     return (_surface(geometry.lower_radius_y, geometry.lower_profile),
             _surface(geometry.upper_radius_y, geometry.upper_profile))
-
-
-def facing(geometry: Geometry) -> tuple[float, float]:
-    """Lowest and highest y (m) at which both bodies have material. Raises Unsolvable if there is no such place."""
-    lower, upper = surfaces(geometry)
-    low, high = max(lower.ends[0], upper.ends[0]), min(lower.ends[1], upper.ends[1])
-    if not low < high:
-        raise Unsolvable(f"the profiles never face each other: one ends at y = {1e3 * high:g} mm, the other begins at "
-                         f"{1e3 * low:g} mm", "geometry.upper_profile", "profiles that touch")
-    return low, high
-
-
-def lateral_gap(geometry: Geometry, y: Array) -> Array:
-    """z₂(y) − z₁(y) in m less its smallest value, inf where a body has no material."""
-    lower, upper = surfaces(geometry)
-    return np.asarray(-(lower.height(y) + upper.height(y)) - _closest(geometry)[1])
-
-
-def smallest_gap(geometry: Geometry) -> float:
-    """The smallest z₂(y) − z₁(y) in m, of heights as they are given."""
-    return 0.0 if geometry.elliptic else _closest(geometry)[1]
-
-
-def closest_place(geometry: Geometry) -> float:
-    """The y (m) at which the unloaded bodies touch first."""
-    return _closest(geometry)[0]
-
-
-@lru_cache(maxsize=32)
-def _closest(geometry: Geometry) -> tuple[float, float]:
-    """Place and value of the smallest z₂ − z₁."""
-    lower, upper = surfaces(geometry)
-    low, high = facing(geometry)
-    knots = [y for _, profile in geometry.profiles
-             for y in (p[0] + profile.offset for p in profile.points) if low <= y <= high]
-    y = np.union1d(np.linspace(low, high, GAP_SAMPLES), knots)
-    for _ in range(4):
-        gap = -(lower.height(y) + upper.height(y))
-        k = int(np.argmin(gap))
-        a, b = y[max(k - 1, 0)], y[min(k + 1, len(y) - 1)]
-        place, value = float(y[k]), float(gap[k])
-        y = np.union1d(np.linspace(a, b, GAP_SAMPLES // 10), [place])
-    return place, value
-
-
-@lru_cache(maxsize=32)
-def is_symmetric(geometry: Geometry) -> bool:
-    """Whether the gap is its own mirror image across y = 0, and so is the common surface for any stiffness."""
-    low, high = facing(geometry)
-    if not math.isclose(-low, high, rel_tol=SYMMETRY_TOLERANCE):
-        return False
-    y = np.linspace(0.0, high, GAP_SAMPLES)[:-1]
-    for surface in surfaces(geometry):
-        there, here = surface.height(-y), surface.height(y)
-        if not np.abs(here - there).max() <= SYMMETRY_TOLERANCE * max(float(np.ptp(here)), 1e-300):
-            return False
-    return True
 
 
 @lru_cache(maxsize=64)

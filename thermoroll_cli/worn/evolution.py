@@ -16,7 +16,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import between_sides
-from thermoroll_cli.problem.geometry import Geometry, facing, smallest_gap, surfaces
+from thermoroll_cli.problem.geometry import Geometry, surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Numerics, Problem, Wear, WornBody, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import SMALLEST_EXTENT
@@ -142,7 +142,7 @@ def _unworn(problem: Problem, solver: Solver) -> ContactState:
     if grid is None:
         result = solver.solve(problem)
         grid = len(result.x), len(result.y)
-    rows = FixedRows.over(*_across(problem), facing(planar(problem)), grid[1])
+    rows = FixedRows.over(*_across(problem), planar(problem).limits, grid[1])
     return ContactState.unworn(dict.fromkeys(BODIES, rows.count), dict.fromkeys(BODIES, rows.size), rows=rows, domain=rows,
                                grid=grid)
 
@@ -175,7 +175,7 @@ def _worn(problem: Problem, state: ContactState) -> Problem:
     worn = replace(problem, geometry=geometry)
     if problem.approach is None:
         return worn
-    return pressed_to(worn, problem.approach + smallest_gap(planar(problem)) - smallest_gap(geometry))
+    return pressed_to(worn, problem.approach + planar(problem).first_touch[1] - geometry.first_touch[1])
 
 
 def _longest(wear: Wear, state: ContactState, result: Result) -> float:
