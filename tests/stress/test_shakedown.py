@@ -30,27 +30,27 @@ SQRT3 = math.sqrt(3.0)
 def test_random_histories_agree_with_an_interior_point_method(cloud: dict) -> None:
     stress = np.array(cloud["stress_xx_yy_zz_xy_xz_yz_MPa"]).T[:, :, None]
     tolerance = REFERENCE["meta"]["tolerance"]
-    fatigue = line_fatigue(stress, cloud["a_DV"])
-    assert shakedown_at_depth(stress).k * SQRT3 == pytest.approx(cloud["shakedown_xx_yy_xy"], rel=tolerance["clouds_balls"])
-    assert fatigue.alternating_k[0] * SQRT3 == pytest.approx(cloud["ball_5d"], rel=tolerance["clouds_balls"])
-    assert fatigue.dang_van[0] == pytest.approx(cloud["dang_van"], rel=tolerance["clouds_dang_van"])
+    alternating, dang_van, _ = line_fatigue(stress, cloud["a_DV"])
+    assert shakedown_at_depth(stress)[0] * SQRT3 == pytest.approx(cloud["shakedown_xx_yy_xy"], rel=tolerance["clouds_balls"])
+    assert alternating[0] * SQRT3 == pytest.approx(cloud["ball_5d"], rel=tolerance["clouds_balls"])
+    assert dang_van[0] == pytest.approx(cloud["dang_van"], rel=tolerance["clouds_dang_van"])
 
 
 def test_the_residual_stress_brings_all_states_to_the_yield_stress() -> None:
     stress = np.array(REFERENCE["clouds"][1]["stress_xx_yy_zz_xy_xz_yz_MPa"]).T[:, :, None]
-    found = shakedown_at_depth(stress)
+    needed, found = shakedown_at_depth(stress)
     residual = np.zeros((6, 1, 1))
-    residual[[0, 1, 3], 0, 0] = found.residual
+    residual[[0, 1, 3], 0, 0] = found
     loaded = np.linalg.norm(deviator(stress + residual), axis=-1)
     unloaded = np.linalg.norm(deviator(residual), axis=-1)
-    assert max(loaded.max(), unloaded.max()) == pytest.approx(SQRT3 * found.k, rel=1e-9)
+    assert max(loaded.max(), unloaded.max()) == pytest.approx(SQRT3 * needed, rel=1e-9)
 
 
 def test_a_mirrored_state_needs_only_one_half() -> None:
     half = np.random.default_rng(1).normal(size=(6, 20, 8))
     signs = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])[:, None, None]
     whole = np.concatenate([signs * half[:, :, ::-1], half], axis=2)
-    assert shakedown_at_depth(half, mirrored=True).k == pytest.approx(shakedown_at_depth(whole).k, rel=1e-9)
+    assert shakedown_at_depth(half, mirrored=True)[0] == pytest.approx(shakedown_at_depth(whole)[0], rel=1e-9)
 
 
 def test_balls_of_many_sets_are_optimal_and_do_not_depend_on_the_start() -> None:

@@ -26,13 +26,14 @@ import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.numerics.convolution import unfolded
-from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import STRENGTH_FIELDS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Material, Strength
 from thermoroll_cli.problem.result import Peak, within_layers
 from thermoroll_cli.problem.scalar_errors import FORCES, absolute_error
 from thermoroll_cli.stress.smallest_ball import Balls, smallest_balls
 
 SQRT3 = math.sqrt(3.0)
+OF_LINES = "alternating_k", "dang_van"
 PARABOLA = 3
 """Depths through which the largest strength goes (`largest_over_depth`)."""
 
@@ -65,40 +66,21 @@ def deviator(stress: AnyArray) -> Array:
     return np.stack([zz - 0.5 * (xx + yy), 0.5 * SQRT3 * (xx - yy), SQRT3 * xy, SQRT3 * xz, SQRT3 * yz], axis=-1)
 
 
-@dataclass(frozen=True)
-class ShakedownAtDepth:
-    """Shear yield stress `k` (Pa) that one depth needs, and the `residual` stresses xx, yy, xy (Pa) for which this suffices."""
-
-    k: float
-    residual: tuple[float, float, float]
-
-
-def shakedown_at_depth(stress: AnyArray, *, mirrored: bool = False) -> ShakedownAtDepth:
-    """Shakedown of one depth with stresses (6, nx, ny) in Pa; a `mirrored` state, even in y, is given for y > 0 only.
-
-    By symmetry ρ_xy = 0 in a mirrored state."""
+def shakedown_at_depth(stress: AnyArray, *, mirrored: bool = False) -> tuple[float, tuple[float, float, float]]:
+    """Shear yield stress k (Pa) that one depth with stresses (6, nx, ny) in Pa needs, and the residual stresses xx, yy, xy (Pa)
+    for which this suffices. A `mirrored` state, even in y, is given for y > 0 only; by symmetry ρ_xy = 0 in it."""
     q = deviator(stress).reshape(-1, 5)
     free = 2 if mirrored else 3
     unloaded = np.zeros((1, free + 1))
     states = np.vstack([np.column_stack([q[:, :free], (q[:, free:] ** 2).sum(axis=1)]), unloaded])[None]
     ball = smallest_balls(states[..., :free], states[..., free])
     c1, c2, c3 = (*ball.centres[0], 0.0)[:3]
-    residual = c1 - c2 / SQRT3, c1 + c2 / SQRT3, -c3 / SQRT3
-    return ShakedownAtDepth(math.sqrt(ball.squared_radii[0] / 3.0), residual)
+    return math.sqrt(ball.squared_radii[0] / 3.0), (c1 - c2 / SQRT3, c1 + c2 / SQRT3, -c3 / SQRT3)
 
 
-@dataclass(frozen=True)
-class LineFatigue:
-    """Lines of rolling at one depth: `alternating_k` and `dang_van` (ny,) in Pa, and the `balls`, starting points for the next
-    depth."""
-
-    alternating_k: Array
-    dang_van: Array
-    balls: Balls
-
-
-def line_fatigue(stress: AnyArray, dang_van_coefficient: float, start: Balls | None = None) -> LineFatigue:
-    """Alternating plasticity and Dang Van's stress of every line of rolling of a depth with stresses (6, nx, ny) in Pa.
+def line_fatigue(stress: AnyArray, dang_van_coefficient: float, start: Balls | None = None) -> tuple[Array, Array, Balls]:
+    """Alternating plasticity k and Dang Van's stress, both (ny,) in Pa, of every line of rolling of a depth with stresses
+    (6, nx, ny) in Pa, and the balls, to start from at the next depth.
 
     `dang_van_coefficient` weighs the hydrostatic stress, positive in tension; `start` are the balls of a depth nearby."""
     history = deviator(stress).transpose(1, 0, 2)
@@ -107,7 +89,7 @@ def line_fatigue(stress: AnyArray, dang_van_coefficient: float, start: Balls | N
     hydrostatic = np.zeros(history.shape[:2])
     hydrostatic[:, :-1] = np.asarray(stress[0] + stress[1] + stress[2], dtype=float).T / 3.0
     shear = tresca_shear(history - balls.centres[:, None])
-    return LineFatigue(np.sqrt(balls.squared_radii / 3.0), (shear + dang_van_coefficient * hydrostatic).max(axis=1), balls)
+    return np.sqrt(balls.squared_radii / 3.0), (shear + dang_van_coefficient * hydrostatic).max(axis=1), balls
 
 
 def tresca_shear(q: Array) -> Array:
@@ -148,7 +130,8 @@ class StrengthCollector:
     """Collects the depths of one body from the surface down; `columns` along y hold y > 0 of a `mirrored` state.
 
     Stresses in a coating count as much as the body's shear yield stress exceeds theirs, and not at all where its layer does
-    not yield; Dang Van's stress is that of the `body` below them."""
+    not yield; Dang Van's stress is that of the `body` below them. `values` are those of `STRENGTH_FIELDS`: over z, or of lines
+    of rolling (`OF_LINES`) over z and y."""
 
     strength: Strength
     body: Material
@@ -156,38 +139,31 @@ class StrengthCollector:
     columns: int
     mirrored: bool
     thermal: bool
-    shakedown_k: Array = field(init=False)
-    elastic_k: Array = field(init=False)
-    limit_k: Array = field(init=False)
-    residual: Array = field(init=False)
-    alternating_k: Array = field(init=False)
-    dang_van: Array = field(init=False)
-    _above: LineFatigue | None = None
+    values: dict[str, Array] = field(init=False)
+    _above: Balls | None = None
 
     def __post_init__(self) -> None:
         count = len(self.depths)
-        self.shakedown_k, self.elastic_k, self.limit_k = np.empty(count), np.empty(count), np.empty(count)
-        self.residual = np.empty((count, 3))
-        self.alternating_k, self.dang_van = np.empty((count, self.columns)), np.empty((count, self.columns))
+        self.values = {name: np.empty((count, self.columns) if name in OF_LINES else count) for name in STRENGTH_FIELDS}
 
     def take(self, index: int, elastic: AnyArray, total: AnyArray) -> None:
         """One depth: elastic and total stresses (6, nx, columns) in Pa, the same array without thermal stresses."""
-        needed = shakedown_at_depth(total, mirrored=self.mirrored)
-        self.shakedown_k[index], self.residual[index] = needed.k, needed.residual
-        self.elastic_k[index] = shakedown_at_depth(elastic, mirrored=self.mirrored).k if self.thermal else needed.k
-        self.limit_k[index] = float(von_mises(total).max()) / math.sqrt(3.0)
-        start = None if self._above is None else self._above.balls
-        self._above = line_fatigue(total, self.strength.dang_van_coefficient, start)
-        self.alternating_k[index], self.dang_van[index] = self._above.alternating_k, self._above.dang_van
+        needed, residual = shakedown_at_depth(total, mirrored=self.mirrored)
+        cold = shakedown_at_depth(elastic, mirrored=self.mirrored)[0] if self.thermal else needed
+        alternating, dang_van, self._above = line_fatigue(total, self.strength.dang_van_coefficient, self._above)
+        found: tuple[Any, ...] = needed, cold, float(von_mises(total).max()) / math.sqrt(3.0), *residual, alternating, dang_van
+        for values, value in zip(self.values.values(), found, strict=True):
+            values[index] = value
 
     def profiles(self) -> dict[str, Array]:
         """Largest values (Pa) of each depth, (nz,)."""
         bonded = self.depths <= (-1.0, *self.body.interfaces)[-1]
         own = self.strength.shear_yield or 1.0
         counted = own / shear_yields(self.body, own, self.depths)
-        return {"shakedown_k": counted * self.shakedown_k, "elastic_shakedown_k": counted * self.elastic_k,
-                "alternating_k": counted * self.alternating_k.max(axis=1),
-                "dang_van_max": np.where(bonded, 0.0, self.dang_van.max(axis=1))}
+        return {"shakedown_k": counted * self.values["shakedown_k"],
+                "elastic_shakedown_k": counted * self.values["elastic_shakedown_k"],
+                "alternating_k": counted * self.values["alternating_k"].max(axis=1),
+                "dang_van_max": np.where(bonded, 0.0, self.values["dang_van"].max(axis=1))}
 
     def peaks(self, every: int = 1) -> dict[str, tuple[Peak, Peak]]:
         """Largest values (Pa) at the surface and below it, from every depth or only every `every`-th one and the first below
@@ -227,12 +203,8 @@ class StrengthCollector:
 
     def fields(self) -> dict[str, AnyArray]:
         """The kept fields over z, or over z and y, on both sides of a mirror (names of `STRENGTH_FIELDS`)."""
-        lines = {"alternating_k": self.alternating_k, "dang_van": self.dang_van}
-        return {
-            "shakedown_k": self.shakedown_k, "elastic_shakedown_k": self.elastic_k, "elastic_limit_k": self.limit_k,
-            **{f"residual_{name}": self.residual[:, i] for i, name in enumerate(("xx", "yy", "xy"))},
-            **{name: unfolded(values[:, None, :], 1)[:, 0] if self.mirrored else values for name, values in lines.items()},
-        }
+        return {name: unfolded(values[:, None, :], 1)[:, 0] if self.mirrored and name in OF_LINES else values
+                for name, values in self.values.items()}
 
 
 def shear_yields(body: Material, own: float, depths: Array) -> Array:

@@ -107,9 +107,6 @@ class StressTransforms:
         self.columns = grid.ny // 2 if mirrored else grid.ny
         """Number of columns in the results: the last ones of the grid."""
 
-    def forward(self, field: Array) -> Spectrum:
-        return self.plane.forward(field)
-
     def second_differences(self, along: float, across: float) -> Array:
         """Spectrum (py//2+1, px) of second differences along x and along y with these weights."""
         px, py = self.plane.px, self.plane.py
@@ -171,7 +168,7 @@ class Sharpened:
 
     def __init__(self, transforms: StressTransforms, load: Array) -> None:
         self._transforms = transforms
-        self._spectrum = transforms.forward(load)
+        self._spectrum = transforms.plane.forward(load)
         self._weights: tuple[float, float] | None = None
         self._sharp = self._spectrum
 
