@@ -10,15 +10,31 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
 
-if TYPE_CHECKING:
-    from thermoroll_cli.halfspace.coatings import Coatings
-    from thermoroll_cli.halfspace.relaxing import Relaxing
+
+class BorderHalfSpaces(Protocol):
+    """Half-spaces that stand for layered bodies near a border (`coatings.NearBorder`)."""
+
+    @property
+    def compliance(self) -> ShearCompliance: ...
+
+
+class AddedCompliance(Protocol):
+    """Additional tangential compliance by the coatings of two half-spaces (`coatings.Coatings`)."""
+    def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
+    def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> BorderHalfSpaces: ...
+
+
+class RelaxingCompliance(Protocol):
+    """Additional tangential compliance by the memory of bodies that relax (`relaxing.Relaxing`)."""
+    def shear_tables(self, rows: int, columns: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> BorderHalfSpaces: ...
 
 
 @dataclass(frozen=True)
@@ -32,9 +48,9 @@ class ShearCompliance:
     isotropic: float
     directional: float
     interlayer: float = 0.0
-    coatings: Coatings | None = None
+    coatings: AddedCompliance | None = None
     trust: float = 1.0
-    relaxing: Relaxing | None = None
+    relaxing: RelaxingCompliance | None = None
 
     @classmethod
     def of(cls, *bodies: tuple[float, float], interlayer: float = 0.0) -> ShearCompliance:
