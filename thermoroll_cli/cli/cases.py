@@ -128,5 +128,4 @@ def example_text(name: str) -> str:
 
 def schema() -> None:
     """Print the JSON schema of case files."""
-
     streams.write(json.dumps(case_schema(), indent=2, ensure_ascii=True, allow_nan=False))

@@ -4,7 +4,6 @@ imported when the first is drawn."""
 from __future__ import annotations
 
 import importlib
-import re
 from typing import Annotated, Any
 
 import typer
@@ -33,29 +32,13 @@ COMMANDS = {
 
 HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
-_WORDING = (
-    (r"^Value error, ", ""),
-    (r"^Input should be a valid integer.*", "must be a whole number"),
-    (r"^Input should be a valid number.*", "must be a number"),
-    (r"^Input should be greater than or equal to (.*)", r"must be \1 or more"),
-)
-"""Messages of the parser's validator, and the words that fit our own messages."""
-
 
 class Commands(TyperGroup):
-    """The commands, with our own words for wrong options. The module of a command is imported when it is called."""
+    """The commands. The module of a command is imported when it is called."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, _, rest = super().resolve_command(ctx, args)
         return name, _imported(name) if name else None, rest
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            return super().invoke(ctx)
-        except typer.BadParameter as cause:
-            for pattern, words in _WORDING:
-                cause.message = re.sub(pattern, words, cause.message)
-            raise
 
 
 app = typer.Typer(

@@ -17,7 +17,7 @@ from thermoroll_cli.cli.commands import HELP_OPTIONS
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.creep_table.build import TablePlan, build_table, finish, journal_path
-from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
+from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
 from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
 from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.problem.friction import FrictionLaw
@@ -32,8 +32,6 @@ table = typer.Typer(help="Build a table of creep forces, or query one.", rich_ma
 
 LawChoice = Literal["exponential", "rational", "linear"]
 """Laws of friction that have a formula."""
-OutsideChoice = Literal["error", "saturation"]
-"""Treatments of a contact ellipse outside the table."""
 
 
 @table.command()
@@ -89,7 +87,7 @@ def query(
     limit: Annotated[float | None, typer.Option("--limit-coefficient", help="Coefficient of the law at large slip.")] = None,
     half_slip: Annotated[float | None, typer.Option("--half-slip-m-s", help="Slip speed at half of the loss.")] = None,
     speed: Annotated[float | None, typer.Option("--speed-m-s", help="Rolling speed, for a law of friction.")] = None,
-    outside: Annotated[OutsideChoice, typer.Option("--outside", help="a/b not in the table.")] = "error",
+    outside: Annotated[Outside, typer.Option("--outside", help="a/b not in the table.")] = "error",
     csv: Annotated[
         Path | None, typer.Option("--csv", metavar="FILE", help="Write the forces as CSV; without a contact, the table.")
     ] = None,
@@ -195,7 +193,7 @@ def _law(kind: LawChoice, limit: float, friction: float, half_slip: float) -> Fr
 
 def _forces(
     table: CreepForceTable, creepages: tuple[str, str, str], semi_axes: Sequence[float],
-    contact: tuple[float, float, float], outside: OutsideChoice, law: FrictionLaw | None, speed: float,
+    contact: tuple[float, float, float], outside: Outside, law: FrictionLaw | None, speed: float,
 ) -> dict[str, NDArray[np.float64]]:
     """Columns of forces, in the units of their names. Raises OutsideTable, ValueError."""
     hints = ("--longitudinal", "--lateral", "--spin-rad-mm")

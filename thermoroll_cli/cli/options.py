@@ -23,14 +23,8 @@ if TYPE_CHECKING:
     from thermoroll_cli.python_api import Task
 
 
-class ImageFormat(StrEnum):
-    """File types of pictures."""
-
-    png = "png"
-    svg = "svg"
-    pdf = "pdf"
-
-
+ImageFormat = StrEnum("ImageFormat", "png svg pdf")
+"""File types of pictures."""
 Cases = Annotated[list[Path], typer.Argument(metavar="CASE...", help="Case files, or results; - is standard input.")]
 OneCase = Annotated[Path, typer.Argument(metavar="CASE", help="Case file, or a result; - is standard input.")]
 Settings = Annotated[
@@ -44,8 +38,6 @@ Settings = Annotated[
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")]
 RESULTS = Path("results")
-RESULT_SUFFIX = ".h5"
-"""A file with this ending is a result, which carries its case."""
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line on standard output, nothing else.")]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
 Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
@@ -59,20 +51,18 @@ Formats = Annotated[
 ]
 Dpi = Annotated[float | None, typer.Option("--dpi", min=10, max=2400, metavar="N", help="Resolution of PNG pictures.")]
 Normalised = Annotated[bool, typer.Option("--normalised", help="Pictures in the article's dimensionless quantities.")]
-
 Compare = Annotated[
     str, typer.Option("--compare", metavar="A,B", help="Sweeps: creep forces of linear, fastsim or polach beside ours.")
 ]
 Data = Annotated[
     Path | None, typer.Option("--measured", metavar="DATA.csv", help="Sweeps: measured points in the picture, as of fit.")
 ]
-
 Report = Annotated[bool, typer.Option("--report", help="Also one HTML file with everything, to be sent: NAME_report.html.")]
 
 
 def image_formats(given: Sequence[ImageFormat] | None) -> tuple[str, ...]:
     """The file types that pictures are wanted in, each once."""
-    return tuple(dict.fromkeys(image_format.value for image_format in given or (ImageFormat.png,)))
+    return tuple(dict.fromkeys(given or (ImageFormat.png,)))
 
 
 def words(text: str) -> tuple[str, ...]:
@@ -92,9 +82,9 @@ def check_standard_input(cases: Sequence[Path]) -> None:
 
 
 def read_source(path: Path, overrides: Sequence[Override] = (), *, stored: bool = False) -> CaseSource:
-    """The text of a case: of its file, or of the case that a result carries (if `stored`, whatever it is called). Raises
-    CaseError, OSError."""
-    if not (stored or path.suffix == RESULT_SUFFIX):
+    """The text of a case: of its file, or of the case that a result carries (NAME.h5; if `stored`, whatever it is called).
+    Raises CaseError, OSError."""
+    if not (stored or path.suffix == ".h5"):
         return case_source.read_source(path, overrides)
     from thermoroll_cli.files.result.hdf5 import read_result
 

@@ -11,15 +11,6 @@ from typing import Any, Self
 
 from thermoroll_cli.cli import streams
 
-SECONDS_BETWEEN_LINES = 10.0
-MOST_LINES = 200
-"""Points that get a line each where there is no terminal; of more there is a line every few seconds."""
-WORTH_SHOWING_SECONDS = 2.0
-NARROW = 60
-"""A terminal with fewer columns shows words without a bar."""
-OVERHEAD = 3e5
-"""Work of an iteration that does not grow with the grid, in operations: as much as the transforms of 64 × 64 elements."""
-
 Step = tuple[str, tuple[int, int]]
 """A stage on a grid, as `Plan.steps` lists them."""
 
@@ -39,7 +30,7 @@ class Bar:
 
         console = Console(file=sys.stderr, highlight=False)
         words_column = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
-        bar = (BarColumn(bar_width=16),) if console.width >= NARROW else ()
+        bar = (BarColumn(bar_width=16),) if console.width >= 60 else ()
         self._progress = Progress(words_column, *bar, TextColumn("{task.fields[left]}"), console=console, transient=True)
         self._task = self._progress.add_task(words, total=total, left="")
         self._progress.start()
@@ -49,7 +40,7 @@ class Bar:
         left = self.seconds_left(done, total)
         with contextlib.suppress(OSError):
             self._progress.update(self._task, description=words, completed=done, total=total,
-                                  left=f"{bound}{duration(left)} left" if left >= WORTH_SHOWING_SECONDS else "")
+                                  left=f"{bound}{duration(left)} left" if left >= 2.0 else "")
 
     def seconds_left(self, done: float, total: float) -> float:
         """Seconds until `total`, if the work goes on as it has; 0 where nothing is `done` yet."""
@@ -93,13 +84,13 @@ class Progress(Bar):
 
 class PointsProgress(Bar):
     """Shows on standard error how many of `total` points are done: a bar on a terminal; elsewhere a line per point, or every
-    few seconds where there are many. `quiet` shows nothing, `verbose` lines on a terminal, too."""
+    10 s where there are more than 200. `quiet` shows nothing, `verbose` lines on a terminal, too."""
 
     def __init__(self, total: int, *, quiet: bool, verbose: bool = False, lines: bool = True) -> None:
         super().__init__(f"0/{total} points", total, quiet=quiet, verbose=verbose)
         self._total, self._done, self._solved = total, 0, 0
         self._quiet = quiet
-        self._every_point = lines and total <= MOST_LINES
+        self._every_point = lines and total <= 200
         self._last = time.monotonic()
 
     def step(self, words: str, count: int = 1, *, solved: bool = True) -> None:
@@ -114,7 +105,7 @@ class PointsProgress(Bar):
             time_left = f"{duration(left)} left" if left else ""
             if self._every_point:
                 streams.note("; ".join(filter(None, (f"{counted} {words}", time_left))))
-            elif time.monotonic() - self._last >= SECONDS_BETWEEN_LINES:
+            elif time.monotonic() - self._last >= 10.0:
                 self._last = time.monotonic()
                 streams.note(", ".join(filter(None, (f"{counted} points", time_left))))
 
@@ -135,9 +126,9 @@ def duration(seconds: float) -> str:
 
 
 def work(grid: Sequence[int]) -> float:
-    """Cost of an iteration on `grid`, in operations of its transforms."""
+    """Cost of an iteration on `grid`, in operations of its transforms, and 3e5 that do not grow with the grid."""
     padded = 4 * grid[0] * grid[1]
-    return OVERHEAD + padded * math.log2(padded)
+    return 3e5 + padded * math.log2(padded)
 
 
 def describe(title: str, stage: str, info: Mapping[str, Any]) -> str:

@@ -43,14 +43,9 @@ from thermoroll_cli.sweeps.table_files import is_sweep_file, read_sweep
 from thermoroll_cli.sweeps.table_picture import draw_table
 from thermoroll_cli.wheelset.conicity import Conicity
 
-TEMPLATE = Path(__file__).with_name("report.html")
-VECTOR = 150_000
-"""Pictures whose SVG has more bytes than this are PNG: maps of many elements."""
 DPI = 150
 MOST_ROWS = 100
 """Rows of the table of a sweep; a reader of more has the file."""
-MOST_COLUMNS = 7
-"""Columns of that table, which a sheet of A4 holds."""
 METHOD = ("The steady state of two elastic bodies that roll on each other with dry friction, after Yu and Suh: half-spaces, "
           "discretised by rectangular elements on grids of rising fineness; pressure, tractions, frictional heat and thermal "
           "expansion are iterated until they agree.")  # fmt: skip
@@ -60,8 +55,6 @@ VERSIONS = {"program_version": "thermoroll", "python_version": "Python", "numpy_
 
 PREFIX = "picture"
 """Begins the names of files of pictures, which are temporary."""
-
-_LEFT = re.compile(r", left wheel|left ")
 
 Draw = Callable[[Path, tuple[str, ...]], object]
 """Writes pictures in these formats into a folder."""
@@ -136,7 +129,7 @@ def report(
 def write(path: Path, sections: Sequence[Section]) -> Path:
     """Replace the file at `path` by a report, and return the path. Raises OSError."""
     template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True).from_string(
-        TEMPLATE.read_text(encoding="utf-8"))
+        Path(__file__).with_name("report.html").read_text(encoding="utf-8"))
     title = sections[0].title + (f" and {len(sections) - 1} more" if len(sections) > 1 else "")
     text = template.render(title=title, sections=sections, version=__version__)
     # Half a character, which a title may hold, has no place in UTF-8.
@@ -145,7 +138,7 @@ def write(path: Path, sections: Sequence[Section]) -> Path:
 
 
 def pictures_of(draw_in: Draw) -> tuple[Picture, ...]:
-    """The pictures that `draw_in` writes: as SVG where that is small, else as PNG."""
+    """The pictures that `draw_in` writes: as SVG up to 150 kB, else as PNG, as maps of many elements."""
     shown = []
     with tempfile.TemporaryDirectory() as place:
         draw_in(folder := Path(place), ("png", "svg"))
@@ -153,7 +146,7 @@ def pictures_of(draw_in: Draw) -> tuple[Picture, ...]:
             with Image.open(path) as image:
                 width = round(25.4 * image.width / float(image.info["dpi"][0]))
             vector = path.with_suffix(".svg")
-            small = vector.stat().st_size <= VECTOR
+            small = vector.stat().st_size <= 150_000
             content = base64.b64encode((vector if small else path).read_bytes()).decode("ascii")
             name = path.stem.removeprefix(f"{PREFIX}_").replace("_", " ")
             shown.append(Picture(name, f"data:image/{'svg+xml' if small else 'png'};base64,{content}", width))
@@ -196,7 +189,8 @@ def _tables(result: Result) -> list[Table]:
     names = listed_scalars(summary, result.problem)
     if result.assembly:
         single, sides, patches = assembly_rows(result, names, verbose=False)
-        of_sides = [(_LEFT.sub("", _meaning(row[0].replace("_SIDE", "_left"))), *row[1:], row[0]) for row in sides[1:]]
+        of_sides = [(re.sub(", left wheel|left ", "", _meaning(row[0].replace("_SIDE", "_left"))), *row[1:], row[0])
+                    for row in sides[1:]]
         return [Table(_rows(summary, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)),
                 Table(of_sides, ("both sides", "left", "right", "unit", "name"), values=(1, 2, 3), names=(4,)),
                 *([Table([(_meaning(row[0]), *row[1:], row[0]) for row in patches[1:]],
@@ -270,7 +264,8 @@ def _sweep_table(table: SweepColumns) -> Table:
     rows = summaries(arrays)
     drawn = [name for names in DIAGRAMS.values() for name in names if name in arrays and worth_showing(name, rows, table.keys)]
     texts = {name: [scalar_text(name, row) if computed(row.get(name)) else "–" for row in rows] for name in drawn}
-    varying = [name for name in drawn if len(set(texts[name])) > 1 or len(rows) == 1][: max(MOST_COLUMNS - len(table.keys), 1)]
+    varying = [name for name in drawn if len(set(texts[name])) > 1 or len(rows) == 1]
+    varying = varying[: max(7 - len(table.keys), 1)]  # a sheet of A4 holds seven columns
     body = [(*(swept_text(table.columns[key][row]) for key in table.keys), *(texts[name][row] for name in varying))
             for row in range(min(len(rows), MOST_ROWS))]  # fmt: skip
     caption = f"The first {MOST_ROWS} of {len(rows)} points" if len(rows) > MOST_ROWS else ""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,7 +14,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, with_remarks
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
-from thermoroll_cli.files.result.export import EXPORTS, export_history
+from thermoroll_cli.files.result.export import export_csv, export_history, export_xdmf
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.result import Result
 
@@ -25,13 +25,8 @@ Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
 ]
 OneResult = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="Result file of thermoroll run.")]
-
-
-class ExportFormat(StrEnum):
-    """File types for other programs."""
-
-    xdmf = "xdmf"
-    csv = "csv"
+ExportFormat = StrEnum("ExportFormat", "xdmf csv")
+"""File types for other programs."""
 
 
 def plot(
@@ -132,7 +127,9 @@ def compare(
         raise typer.BadParameter(f"{rtol:g} is not a number from 0 up", param_hint="--rtol")
     comparison = compare_results(read_result(a), read_result(b), rtol)
     if as_json:
-        streams.write_json(_comparison_record(comparison))
+        rows = [{**vars(row), "within": row.within(rtol)} for row in comparison.rows]
+        streams.write_json({"within": comparison.within, "rtol": rtol, "largest": comparison.largest, "notes": comparison.notes,
+                            "rows": rows})
     elif not quiet:
         streams.write(*_comparison_lines(comparison, verbose))
     raise typer.Exit(ExitCode.FINE if comparison.within else ExitCode.OUTSIDE_TOLERANCE)
@@ -155,7 +152,11 @@ def export(
     stress history of a material point below the surface instead (NAME_history.csv).
     """
     check_no_cases([result])
-    line = None if history is None else _line(history, formats)
+    line = None
+    if history is not None:
+        if "csv" not in formats:
+            raise typer.BadParameter("a history is written as CSV: --format csv", param_hint="--history")
+        line = [mm / 1e3 for mm in options.numbers(history, 2, "Y,Z: two numbers in mm", "--history")]
     if output is not None:
         options.check_writable(output)
     stem, written = _stem(result, output), []
@@ -164,8 +165,7 @@ def export(
             with options.usage("--history"):
                 written += export_history(result, stem.with_name(f"{stem.name}_history.csv"), *line)
         else:
-            write, ending = EXPORTS[kind]
-            written += write(result, stem.with_name(stem.name + ending))
+            written += {"xdmf": export_xdmf, "csv": export_csv}[kind.value](result, stem.with_name(f"{stem.name}.{kind}"))
     streams.write(*map(str, written if not quiet else ()))
 
 
@@ -176,23 +176,9 @@ def check_no_cases(paths: Sequence[Path]) -> None:
                                  param_hint="RESULT.h5")  # fmt: skip
 
 
-def _line(history: str, formats: Sequence[ExportFormat]) -> tuple[float, float]:
-    """Lateral position and depth in m from `Y,Z` in mm."""
-    if ExportFormat.csv not in formats:
-        raise typer.BadParameter("a history is written as CSV: --format csv", param_hint="--history")
-    y, z = options.numbers(history, 2, "Y,Z: two numbers in mm", "--history")
-    return y / 1e3, z / 1e3
-
-
 def _stem(result: Path, folder: Path | None) -> Path:
     """Path without suffix of the files made from `result`."""
     return (result.parent if folder is None else folder) / result.stem
-
-
-def _comparison_record(comparison: Comparison) -> dict[str, Any]:
-    rows = [{**vars(row), "within": row.within(comparison.rtol)} for row in comparison.rows]
-    return {"within": comparison.within, "rtol": comparison.rtol, "largest": comparison.largest, "notes": comparison.notes,
-            "rows": rows}
 
 
 def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import glob
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,21 +23,6 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars
 from thermoroll_cli.python_api import KINDS, solve
 from thermoroll_cli.refinement.plan import COARSEST
-
-NO_ERRORS = f"no error estimates: they need a coarser grid; set both sides of numerics.grid to {2 * COARSEST} or more"
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """How the results are wanted; `drawing` has the options of the pictures, None for no pictures."""
-
-    folder: Path
-    drawing: dict[str, Any] | None
-    report: bool
-    threads: int
-    as_json: bool
-    quiet: bool
-    verbose: bool
 
 
 def run(
@@ -70,13 +56,15 @@ def run(
     options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
     drawing = {"formats": options.image_formats(formats), "dpi": dpi, "normalised": normalised}
-    wanted = RunOptions(output, None if no_plots else drawing, report, threads, as_json, quiet, verbose)
+    write_files = partial(_write_files, folder=output, drawing=None if no_plots else drawing, report=report)
+    run_case = partial(_run_case, folder=output, write_files=write_files, threads=threads, as_json=as_json, quiet=quiet,
+                       verbose=verbose)
     valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
     twice = [name for name, count in Counter(case.name for case in valid).items() if count > 1]
     if twice:
         raise typer.BadParameter(f"several cases would write {twice[0]}.h5: rename one, or run them one by one")
     options.check_writable(output)
-    codes = [_attempt(case, wanted) for case in valid]
+    codes = [_attempt(case, run_case, as_json=as_json) for case in valid]
     raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
 
 
@@ -97,13 +85,13 @@ def _read_all(
     return valid
 
 
-def _attempt(case: Case, wanted: RunOptions) -> int:
+def _attempt(case: Case, run_case: Callable[[Case], int], *, as_json: bool) -> int:
     """Run one case; its errors do not stop the others."""
     try:
         with options.solvable(case, case.name):
-            return _run_case(case, wanted)
+            return run_case(case)
     except CaseError as error:
-        if wanted.as_json:
+        if as_json:
             streams.write_json(options.invalid_record(case.name, error))
         return streams.report_invalid([error], "")
     except MemoryError:
@@ -116,55 +104,60 @@ def _attempt(case: Case, wanted: RunOptions) -> int:
     return ExitCode.INPUT_OUTPUT
 
 
-def _run_case(case: Case, wanted: RunOptions) -> int:
+def _run_case(
+    case: Case, *, folder: Path, write_files: Callable[[Case, Result], list[Path]], threads: int, as_json: bool, quiet: bool,
+    verbose: bool,
+) -> int:
     task = case.task
     plan = KINDS[type(task)].plan
-    progress = Progress(case.name, quiet=wanted.quiet, verbose=wanted.verbose,
+    progress = Progress(case.name, quiet=quiet, verbose=verbose,
                         steps=tuple if plan is None else lambda: plan(task).steps,
                         at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
     with progress:
-        result = solve(task, threads=wanted.threads, report=progress).with_case(case.text, case.to_json())
+        result = solve(task, threads=threads, report=progress).with_case(case.text, case.to_json())
     code, files = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED, []
     try:
-        files = _write_files(case, result, wanted)
+        files = write_files(case, result)
     except OSError as cause:
         # The computed scalars are still worth printing.
         streams.error(f"{case.name}: {cause}")
         code = ExitCode.INPUT_OUTPUT
-    if files and not wanted.quiet:
-        options.report_stale(_pictures_of(case, result, wanted.folder), files)
-    if wanted.as_json:
+    if files and not quiet:
+        options.report_stale(_pictures_of(case, result, folder), files)
+    if as_json:
         streams.write_json({"name": case.name, "title": case.settings.title, **result.summary(), "files": files})
-        for warning in result.warnings if not wanted.quiet else ():
+        for warning in result.warnings if not quiet else ():
             streams.note(f"thermoroll: {case.name}: warning: {warning}")
-    elif not wanted.quiet:
-        streams.write(*_report(case, result, wanted.verbose))
+    elif not quiet:
+        streams.write(*_report(case, result, verbose))
         if files:
             pictures = [file for file in files[1:] if file.suffix != ".html"]
             endings = (file.suffix for file in pictures)
-            kinds = ", ".join(f"{wanted.folder / case.name}_*{ending}" for ending in dict.fromkeys(endings))
+            kinds = ", ".join(f"{folder / case.name}_*{ending}" for ending in dict.fromkeys(endings))
             streams.write(f"  wrote {files[0]}" + (f" and {len(pictures)} pictures {kinds}" if kinds else ""),
                           *(f"  wrote {file}" for file in files[1:] if file not in pictures))
-    if not result.converged and (wanted.as_json or wanted.quiet):  # else the report says so
+    if not result.converged and (as_json or quiet):  # else the report says so
         streams.note(f"thermoroll: {case.name} did not converge: {result.reason}")
     return code
 
 
-def _write_files(case: Case, result: Result, wanted: RunOptions) -> list[Path]:
-    stem = wanted.folder / case.name
-    target = wanted.folder / f"{case.name}.h5"
+def _write_files(
+    case: Case, result: Result, *, folder: Path, drawing: Mapping[str, Any] | None, report: bool
+) -> list[Path]:
+    """The files of a result, written; `drawing` has the options of the pictures, None for no pictures."""
+    target = folder / f"{case.name}.h5"
     write_result(target, result, options.command_line())
     files = [target]
-    if wanted.drawing is not None and case.plots:
+    if drawing is not None and case.plots:
         from thermoroll_cli.plots.pictures import draw
 
-        files += draw(result, stem, **wanted.drawing)
-    if wanted.report:
-        from thermoroll_cli.cli import report
+        files += draw(result, folder / case.name, **drawing)
+    if report:
+        from thermoroll_cli.cli import report as page
 
         # The file says with what it was computed.
         stored = replace(result, attributes=read_result(target, with_fields=False).attributes)
-        files.append(report.write(wanted.folder / f"{case.name}_report.html", [report.of_result(stored, case.name)]))
+        files.append(page.write(folder / f"{case.name}_report.html", [page.of_result(stored, case.name)]))
     return files
 
 
@@ -175,8 +168,8 @@ def _pictures_of(case: Case, result: Result, folder: Path) -> Iterator[Path]:
     from thermoroll_cli.plots.pictures import kinds_of
 
     for name in kinds_of(result):
-        for image_format in options.ImageFormat:
-            yield folder / f"{case.name}_{name}.{image_format.value}"
+        for ending in options.ImageFormat:
+            yield folder / f"{case.name}_{name}.{ending}"
 
 
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
@@ -194,6 +187,7 @@ def _report(case: Case, result: Result, verbose: bool) -> list[str]:
         *(head if result.converged else streams.in_colour([*head, *folded(result.reason, width)], streams.RED)),
         *(assembly_tables(result, names, verbose=verbose, width=width) if result.assembly else
           scalar_table(summary, names, both=both, width=width)),
-        *(folded(NO_ERRORS, width) if without else ()),
+        *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
+                 f"{2 * COARSEST} or more", width) if without else ()),
         *streams.in_colour(warnings, streams.YELLOW),
     ]

@@ -38,13 +38,6 @@ MEANINGS = {
 }
 """Meanings of the numbers known before solving, where they are not those of scalars of a result."""
 
-PROCESS_BYTES, PROCESS_SECONDS = 100 * 2**20, 0.8
-"""Memory and time of a run besides the solve: Python, libraries, files; measured on one core."""
-DRAWING_BYTES, DRAWING_SECONDS, PICTURE_SECONDS = 105 * 2**20, 0.5, 0.2
-"""Memory of drawing, and time for loading the library and for each picture; measured on one core."""
-PICTURES, HEAT_PICTURES = 4, 2
-"""Pictures of every run, and those that need heat."""
-
 
 def show(
     case: options.OneCase,
@@ -71,8 +64,12 @@ def show(
         raise typer.Exit(streams.report_invalid([invalid], "")) from None
     if as_json:
         inputs = {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in read.inputs}
+        planned = {} if plan is None else {
+            "run": plan.run, "skipped": plan.skipped, "grid": plan.grid, "memory_bytes": _memory(read, plan),
+            "seconds": plan.seconds, "picture_seconds": _picture_seconds(read, plan),
+            "upper_bound": read.problem.numerics.accuracy is not None}
         streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **facts, "warnings": warnings,
-                            **({} if plan is None else _plan_record(read, plan))})
+                            **planned})
         return
     width = streams.width()
     meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS
@@ -81,22 +78,6 @@ def show(
         *with_remarks([(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width),
         *(() if plan is None else _plan_lines(read, plan, width)),
         *(line for warning in warnings for line in folded(f"warning: {warning}", width)))
-
-
-def _plan_record(case: Case, plan: Plan) -> dict[str, Any]:
-    return {
-        "run": plan.run,
-        "skipped": plan.skipped,
-        "grid": plan.grid,
-        "memory_bytes": _memory(case, plan),
-        "seconds": plan.seconds,
-        "picture_seconds": _picture_seconds(case, plan),
-        "upper_bound": case.problem.numerics.accuracy is not None,
-    }
-
-
-def _words(record: dict[str, Any]) -> str:
-    return series_words(record) if "times" in record else reading_words(record)
 
 
 def _finite(value: Any) -> Any:
@@ -112,7 +93,8 @@ def _input_lines(case: Case, width: int) -> Iterator[str]:
     yield from (line[2:] for line in align(table))
     if case.profiles:
         yield "files as they were read"
-        yield from with_remarks([(key, _words(record)) for key, record in case.profiles.items()], width)
+        yield from with_remarks([(key, series_words(record) if "times" in record else reading_words(record))
+                                 for key, record in case.profiles.items()], width)
 
 
 def _plan_lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
@@ -125,15 +107,17 @@ def _plan_lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     drawing = _picture_seconds(case, plan)
     pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
     bound = "at most " if accuracy is not None else ""
-    seconds = PROCESS_SECONDS + plan.seconds + drawing
+    seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core
     yield f"  {bound}about {_memory(case, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}"
 
 
 def _memory(case: Case, plan: Plan) -> int:
-    """Memory of the whole process in bytes. Pictures are drawn when the solver's arrays are still there."""
-    return PROCESS_BYTES + plan.memory_bytes + (DRAWING_BYTES if case.plots else 0)
+    """Memory of the whole process in bytes, 100 MiB of it for Python and libraries, 105 MiB for drawing: pictures are drawn
+    when the solver's arrays are still there."""
+    return plan.memory_bytes + (100 + (105 if case.plots else 0)) * 2**20
 
 
 def _picture_seconds(case: Case, plan: Plan) -> float:
-    count = PICTURES + (HEAT_PICTURES if plan.runs("heat") else 0) + (not case.problem.geometry.elliptic)
-    return DRAWING_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
+    """Time for loading matplotlib and for each picture, on one core: four of every run, two of heat, one of profiles."""
+    count = 4 + (2 if plan.runs("heat") else 0) + (not case.problem.geometry.elliptic)
+    return 0.5 + 0.2 * count if case.plots else 0.0

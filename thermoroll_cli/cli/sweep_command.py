@@ -13,15 +13,14 @@ from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table, warnings_by_kind
 from thermoroll_cli.exact.kalker import THEORIES
-from thermoroll_cli.files.case import CaseError, Override, case_name
+from thermoroll_cli.files.case import CaseError, Override, case_name, shown
 from thermoroll_cli.sweeps.measured import Measured
-from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
+from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, parse_axes, read_points
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 from thermoroll_cli.sweeps.table import Row, Rows, columns_of
 from thermoroll_cli.sweeps.table_files import read_sweep
 from thermoroll_cli.tasks.runner import Workers
 
-SHOWN_ERRORS = 10
 SHOWN_FAILURES = 5
 
 
@@ -88,7 +87,7 @@ def sweep(
         found = read_sweep(output / (ARRAYS_NAME if scalars_only else TABLE_NAME))
         reports = [page.write(output / "sweep_report.html", [page.of_sweep(found, case_name(case))])]
     if not quiet:
-        options.report_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), pictures)
+        options.report_stale((output / f"sweep.{ending}" for ending in options.ImageFormat), pictures)
     if not (as_json or quiet):
         written = [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))]
         _report(rows, [*written, *pictures, *reports], why_not)
@@ -116,9 +115,8 @@ def _check(sweep: Sweep, case: Path, *, as_json: bool, quiet: bool) -> None:
         with options.recorded(case, as_json):
             sweep.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
     except CaseError as cause:
-        more = len(cause.findings) - SHOWN_ERRORS
-        closing = f" of {len(cause.findings)}" if more > 0 else ""
-        shown = CaseError(cause.findings[:SHOWN_ERRORS])
+        closing = f" of {len(cause.findings)}" if len(cause.findings) > 10 else ""
+        shown = CaseError(cause.findings[:10])
         raise typer.Exit(streams.report_invalid([shown], f"{closing}; nothing was computed")) from None
 
 
@@ -130,7 +128,7 @@ def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple
 
     def report(row: Row, solved: bool) -> None:
         nonlocal failures, printed
-        where = ", ".join(f"{key} = {_written(value)}" for key, value in row.over.items())
+        where = ", ".join(f"{key} = {shown(value)}" for key, value in row.over.items())
         progress.step(f"{row.name}: {where}: {'converged' if row.converged else 'NOT CONVERGED'}", solved=solved)
         if not row.converged:
             failures += 1
@@ -146,10 +144,6 @@ def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple
 
     with progress:
         return sweep.run(report=report, note=progress.note), failures
-
-
-def _written(value: Value) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _theories(text: str) -> tuple[str, ...]:

@@ -36,19 +36,13 @@ from thermoroll_cli.problem.scalar_errors import (
 )
 
 if TYPE_CHECKING:
-    from thermoroll_cli.problem.problem import Problem
     from thermoroll_cli.problem.result import Result
     from thermoroll_cli.sweeps.points import Points
     from thermoroll_cli.sweeps.table import Row
 
-UNBOUNDED = "no limit"
-"""Beside values that grow with every refinement, because the contact reaches the end of a profile."""
-
 _NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
 _NARROWEST = 9
 """Headers and meanings are not cut to less."""
-_TELLING = 20
-"""Meanings are not cut to fewer characters: "maximum …" would say nothing."""
 
 
 def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
@@ -66,9 +60,9 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
         meaning = meaning_in(summary, name)
         brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
         shortened = textwrap.shorten(meaning, max(room, _NARROWEST), placeholder=" …")
-        candidates = (meaning, brief, shortened if len(shortened) >= _TELLING else "")
+        candidates = (meaning, brief, shortened if len(shortened) >= 20 else "")  # "maximum …" would say nothing
         fitting = (text for text in candidates if text and len(text) <= room)
-        meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, brief or meaning))
+        meanings.append("no limit" if name in summary.get("unbounded", ()) else next(fitting, brief or meaning))
     return with_remarks([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)], width)
 
 
@@ -176,7 +170,8 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     summaries, swept = [row.summary for row in rows], [axis.key for axis in points.axes]
     problems = [points.point(row.number).problem.contact for row in rows]
     drawn = (*(name for names in DIAGRAMS.values() for name in names), *OVER_LIMIT)
-    values = {name: finite(name, summaries) for name in drawn if _has_column(name, summaries, problems, swept)}
+    given = {name for name, scalar in ALL_SCALARS.items() if all(holds(scalar.given, problem) for problem in problems)}
+    values = {name: finite(name, summaries) for name in drawn if name not in given and worth_showing(name, summaries, swept)}
     constant = [name for name, known in values.items() if len(known) == len(rows) > 1 and len(set(map(number, known))) == 1]
     varying = {name: _column(name, [_with_error(name, row) for row in rows]) for name in values if name not in constant}
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
@@ -223,11 +218,3 @@ def _with_error(name: str, row: Row) -> str:
 def swept_text(value: Any) -> str:
     """A swept value, as tables show it."""
     return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
-
-
-def _has_column(
-    name: str, summaries: Sequence[Mapping[str, Any]], problems: Sequence[Problem], swept: Sequence[str]
-) -> bool:
-    """Whether a scalar is worth a column: not if it is given."""
-    given = name in ALL_SCALARS and all(holds(ALL_SCALARS[name].given, problem) for problem in problems)
-    return not given and worth_showing(name, summaries, swept)

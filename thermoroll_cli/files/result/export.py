@@ -253,7 +253,3 @@ def _states(result: Result) -> list[tuple[str, str, State]]:
     """HDF5 group, prefix of the names and fields of each state; only one where nothing feeds back."""
     states = [("/fields", "", result.coupled)]
     return states if result.isothermal is result.coupled else [*states, ("/isothermal", "isothermal_", result.isothermal)]
-
-
-EXPORTS = {"xdmf": (export_xdmf, ".xdmf"), "csv": (export_csv, ".csv")}
-"""Format → function that writes it, and the ending of its files."""
