@@ -155,12 +155,8 @@ class Coatings:
     def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> NearBorder:
         """Half-spaces that describe the bodies within an element of dx × dy (m): of the surfaces' materials for thick layers,
         of the substrates' for thin ones. Between, neither is right, and their mean is a guess."""
-        size = min(dx, dy)
-        bodies, trust = [], 1.0
-        for body in (self.lower, self.upper):
-            material, own = _seen(body, size)
-            bodies.append(material)
-            trust = min(trust, own)
+        bodies, trusts = zip(*(_seen(body, min(dx, dy)) for body in (self.lower, self.upper)), strict=True)
+        trust = min(trusts)
         compliance = ShearCompliance.of(*((m.shear_modulus, m.poisson_ratio) for m in bodies), interlayer=interlayer)
         return NearBorder(1.0 / sum(1.0 / m.plane_strain_modulus for m in bodies), replace(compliance, trust=trust), trust)
 

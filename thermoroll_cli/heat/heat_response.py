@@ -195,9 +195,8 @@ class HeatResponse:
     def interface_temperatures(self, heat: DividedHeat) -> tuple[Array | None, Array | None]:
         """Temperature rise in K below the outermost coating of the lower and of the upper body, None without one."""
         changes = self._changes(heat)
-        below = (None if body.layers is None else self._below(body, into, share * changes) for body, into, share in zip(
+        lower, upper = (None if body.layers is None else self._below(body, into, share * changes) for body, into, share in zip(
             self.bodies, (heat.lower, heat.upper), (heat.share, 1.0 - heat.share), strict=True))
-        lower, upper = below
         return lower, upper
 
     def _changes(self, heat: DividedHeat) -> Array:

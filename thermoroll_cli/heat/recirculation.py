@@ -42,7 +42,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
-from scipy.special import erfc, i0e, i1e, k0e, k1e, zeta
+from scipy.special import erfc, factorial, i0e, i1e, k0e, k1e, zeta
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.heat_response import DividedHeat, ThermalResponse
@@ -60,7 +60,7 @@ MOST_PASSES = 40
 def pass_sum(epsilon: ArrayLike) -> Array:
     """D(ε) for ε ≥ 0: surface temperature by earlier passes, less its mean in time; shape of ε."""
     k = np.arange(SERIES_TERMS)
-    coefficients = zeta(0.5 - k) * (-1.0) ** k / _factorials(SERIES_TERMS)
+    coefficients = zeta(0.5 - k) * (-1.0) ** k / factorial(k, exact=True).astype(float)
     return _either(
         epsilon, lambda few: polyval(few, coefficients),
         lambda many: _over_passes(many, lambda n, eps: np.exp(-n * eps) / math.sqrt(n)) - np.sqrt(math.pi / many))
@@ -69,7 +69,7 @@ def pass_sum(epsilon: ArrayLike) -> Array:
 def bulge_sum(epsilon: ArrayLike) -> Array:
     """S(ε) for ε ≥ 0: thermal expansion by earlier passes, less its mean in time; shape of ε."""
     k = np.arange(SERIES_TERMS)
-    coefficients = zeta(-0.5 - k) * (-1.0) ** k / (_factorials(SERIES_TERMS) * math.sqrt(math.pi) * (k + 0.5))
+    coefficients = zeta(-0.5 - k) * (-1.0) ** k / (factorial(k, exact=True).astype(float) * math.sqrt(math.pi) * (k + 0.5))
     return _either(
         epsilon, lambda few: -0.5 - np.sqrt(few) * polyval(few, coefficients),
         lambda many: _over_passes(many, lambda n, eps: erfc(np.sqrt(n * eps))) - 0.5 / many)
@@ -118,10 +118,6 @@ def cylinder_factor(argument: ArrayLike, poisson_ratio: float, *, bore: bool = F
     far, sign = np.maximum(x, 1.0), -1.0 if bore else 1.0
     rest = x**2 * np.where(x > 1e3, sign * (1.0 / far + 0.125 / far**3), 1.0 - rho**2)
     return np.asarray(rho * rest / (rest - 2.0 * (1.0 - poisson_ratio) * rho**2))
-
-
-def _factorials(count: int) -> Array:
-    return np.array([float(math.factorial(k)) for k in range(count)])
 
 
 SPREAD_EPSILON = 36.0

@@ -81,7 +81,7 @@ def stick_share_of(discretisation: Discretisation, contact: Contact) -> Array:
 
 
 def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Array) -> dict[str, float]:
-    """Scalars of `SCALARS` that need no temperature (those are added by `state_of`)."""
+    """Scalars of `SCALARS` that need no temperature (those are added by `reported_state`)."""
     derived, grid = discretisation.derived, discretisation.grid
     problem, (cold_area, cold_peak) = derived.problem, _reference(discretisation)
     normal, tangential = contact.normal, contact.tangential
@@ -176,20 +176,14 @@ def power_balance_error(tangential: Traction, element_area: float) -> float:
 
 def reported_state(discretisation: Discretisation, contact: Contact, *, heated: bool) -> State:
     """Fields and scalars of a state, with heat (`heated`) or without; without thermal deformation with the expansion that its
-    heat would cause."""
-    heating, expansion = discretisation.derived.problem.heating, contact.expansion
+    heat would cause. Scalars that do not apply are nan."""
+    problem, grid = discretisation.derived.problem, discretisation.grid
+    heating, expansion = problem.heating, contact.expansion
     if heating.heat and not heated:
         # Everything stays cold: known without asking a kernel.
-        expansion = np.zeros(discretisation.grid.shape)
+        expansion = np.zeros(grid.shape)
     elif expansion is None and heated and heating.deformation:
         expansion = expansion_in(discretisation, discretisation.heat(contact), contact)
-    return state_of(discretisation, contact, temperatures=heating.heat, expansion=expansion)
-
-
-def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: bool, expansion: Array | None) -> State:
-    """Fields and scalars of one state. `expansion` is the thermal displacement that goes with its heat (None: not
-    computed); temperatures are computed when asked for. Scalars that do not apply are nan."""
-    problem, grid = discretisation.derived.problem, discretisation.grid
     normal, tangential, speed = contact.normal, contact.tangential, problem.motion.speed
     inside = normal.contact
     flux = discretisation.heat_flux(tangential)
@@ -215,8 +209,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     centre = at_centre(grid, normal.covered)
     scalars["pressure_centre_MPa"] = centre(normal.pressure) * 1e-6
     scalars["heat_flux_max_W_mm2"] = float(_without_steep_borders(flux, discretisation, contact).max()) * 1e-6
-    if temperatures:
-        heat, heating = discretisation.heat(contact), problem.heating
+    if heating.heat:
+        heat = discretisation.heat(contact)
         rises = heat.temperatures()
         scalars["partition_mean"] = heat.mean_share
         scalars |= heat_flows(heating, heat, contact.normal.covered, grid.element_area)
@@ -234,7 +228,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
                 scalars[f"temperature_interface_max_{body}_K"] = bulk + _hottest(inner)
         if any(heat.tracks):
             scalars |= track_scalars(discretisation.derived, heat, rises, inside)
-            fields |= entry_fields(heat)
+            fields |= {f"entry_temperature_{body}": np.repeat(entry[None], grid.nx, axis=0)
+                       for body, entry, track in zip(BODIES, heat.entry_temperatures(), heat.tracks, strict=True) if track}
     if expansion is not None:
         fields["displacement_thermal"] = expansion
         scalars["thermal_displacement_max_um"] = float(np.ptp(expansion[inside])) * 1e6
@@ -354,15 +349,6 @@ def track_scalars(
         for track, flux in zip(tracks, into, strict=True) if track is not None
     )
     return scalars
-
-
-def entry_fields(heat: Heat) -> dict[str, Array]:
-    """Temperature in K with which each track enters the contact, above what surrounds the body, (nx, ny): the same along x."""
-    return {
-        f"entry_temperature_{body}": np.broadcast_to(entry, heat.flux.shape).copy()
-        for body, entry, track in zip(BODIES, heat.entry_temperatures(), heat.tracks, strict=True)
-        if track is not None
-    }
 
 
 def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[str, float]]:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from thermoroll_cli.stress.strength import StrengthCollector, depth_name, first_
 from thermoroll_cli.stress.superposition import ODD_IN_Y
 
 PRECISION = np.float32
+by_value = attrgetter("value")
 RANGE = "orthogonal_shear_range"
 LARGEST = "von_mises", RANGE, "tensile_stress"
 """Stresses with a largest value over the body: von Mises, range of σ_xz, first principal stress."""
@@ -145,8 +147,8 @@ class Collector:
         far_away = [Peak(0.0, z=self.interfaces[0])] if tension else []
         bonded = self.depths <= self.interfaces[-1]
         return {
-            "interface_shear": max(shear, key=_value, default=Peak()),
-            "interface_tension": max(tension + far_away, key=_value, default=Peak()),
+            "interface_shear": max(shear, key=by_value, default=Peak()),
+            "interface_tension": max(tension + far_away, key=by_value, default=Peak()),
             "layer_tension": peak_of(self.total.principal[bonded], self.depths[bonded], self.x, self.y, self.mirrored, every),
         }
 
@@ -270,10 +272,6 @@ def scalars_of(stress: str, body: str, peak: Peak) -> dict[str, float]:
     return {name: value for ending, value in values.items() if (name := f"{stress}_{ending}") in SUBSURFACE_SCALARS}
 
 
-def _value(peak: Peak) -> float:
-    return peak.value
-
-
 def _nearest(axis: AnyArray, at: float) -> int:
     return int(np.argmin(np.abs(axis - at)))
 
@@ -299,7 +297,7 @@ def peak_of(
     if depths[0] == 0.0:
         parts.append((values[:1], depths[:1]))
     least = CONTENDER * max(float(part.max()) for part, _ in parts)
-    return max((_followed(part, at, x, y, mirrored) for part, at in parts if part.max() >= least or least <= 0.0), key=_value)
+    return max((_followed(part, at, x, y, mirrored) for part, at in parts if part.max() >= least or least <= 0.0), key=by_value)
 
 
 def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:

@@ -231,7 +231,9 @@ class _Model:
                  *(float(column[point]) for column in varied.values())] for vector in numbers for point in range(count)]
         keys = [*(free.key for free in self.free), *varied]
         different = list(dict.fromkeys(map(tuple, rows)))
-        points = self._points(keys, different).with_one_decision()
+        axes = tuple(Axis(key, column) for key, column in zip(keys, zip(*different, strict=True), strict=True))
+        points = Points(self._text, self.case.name, self.case.name, axes, self.settings, listed=True, origin="fit")
+        points = points.with_one_decision()
         # A vector is a batch, so that the values do not depend on who computes them.
         batches = [range(first, min(first + count, len(different) + 1)) for first in range(1, len(different) + 1, count)]
         solved = (self.processes.map if self.processes else map)(summaries, repeat(points), batches)
@@ -253,10 +255,6 @@ class _Model:
                     values[1, k, place] = error
             outcome.append((values[0], values[1], [one if isinstance(one, str) else one["reason"] for one in here]))
         return outcome
-
-    def _points(self, keys: Sequence[str], rows: Sequence[Sequence[float]]) -> Points:
-        axes = tuple(Axis(key, column) for key, column in zip(keys, zip(*rows, strict=True), strict=True))
-        return Points(self._text, self.case.name, self.case.name, axes, self.settings, listed=True, origin="fit")
 
     def one(self, vector: Array) -> tuple[Array, Array, list[str]]:
         """`at` for one vector, remembered: steps and derivatives ask for the same."""
@@ -407,10 +405,12 @@ def _result(model: _Model, vector: Array, ends: Array, reason: str, warnings: Se
             covariance, correlation, lost = _covariance(jacobian, rest, freedom)
             moved, error = np.linalg.pinv(jacobian), (errors * model.weights).ravel()
             half = np.sqrt(student_t**2 * np.diag(covariance) + (moved @ error) ** 2 + moved**2 @ error**2)
-            notes += _undetermined(free, vector, ends, half, correlation, lost, freedom)
+            at_bound = (vector - ends[0] < AT_BOUND) | (ends[1] - vector < AT_BOUND)
+            notes += _undetermined(free, vector, at_bound, half, correlation, lost, freedom)
             notes += _of_either_sign(model, vector, rest * math.hypot(1.0, student_t / math.sqrt(freedom)) if freedom else rest)
             widest = np.array([one.widest for one in free])
-            unknown = lost | _at_bound(vector, ends) | _correlated(correlation) | np.logical_not(half <= widest)
+            correlated = (np.abs(correlation - np.diag(np.diag(correlation))) > CORRELATED).any(axis=1)
+            unknown = lost | at_bound | correlated | np.logical_not(half <= widest)
             parameters = {
                 one.key: Parameter(one.value(number), one.half_width(one.value(number), math.nan if lost else float(width)))
                 for one, number, width, lost in zip(free, vector.tolist(), half, unknown, strict=True)}
@@ -456,23 +456,14 @@ def _covariance(jacobian: Array, rest: float, freedom: int) -> tuple[Array, Arra
     return variance * inverse, correlation, lost
 
 
-def _at_bound(vector: Array, ends: Array) -> Mask:
-    return np.asarray((vector - ends[0] < AT_BOUND) | (ends[1] - vector < AT_BOUND))
-
-
-def _correlated(correlation: Array) -> Mask:
-    return np.asarray((np.abs(correlation - np.diag(np.diag(correlation))) > CORRELATED).any(axis=1))
-
-
 def _undetermined(
-    free: Sequence[Free], vector: Array, ends: Array, half: Array, correlation: Array, lost: Mask, freedom: int
+    free: Sequence[Free], vector: Array, at_bound: Mask, half: Array, correlation: Array, lost: Mask, freedom: int
 ) -> list[str]:
     """A warning for each value that the data do not determine."""
     notes = [] if freedom else ["as many values as measured ones: they have no uncertainty"]
-    bound = _at_bound(vector, ends)
     for k, one in enumerate(free):
         value = one.value(vector[k])
-        if bound[k]:
+        if at_bound[k]:
             notes.append(f"{one.key} = {value:.6g} is at the end of its range, from {one.low:g} to {one.high:g}")
         elif lost[k]:
             notes.append(f"the data do not determine {one.key}: computed values hardly change with it")

@@ -18,7 +18,7 @@ from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_r
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.python_api import Solver, Task
-from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Point, Points, Value
+from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value
 from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of
 from thermoroll_cli.sweeps.table_files import write_csv, write_hdf5
 from thermoroll_cli.tasks.journal import Journal, Record
@@ -80,11 +80,8 @@ class Batch:
             if result is None:
                 yield self._record(one, failed_summary(reason), solved=False), b""
                 continue
-            yield self._record(one, summary_of(result)), self._image(one, result, point)
-
-    def _image(self, one: Pending, result: Result, point: Point) -> bytes:
-        """The content of a point's file, empty for none."""
-        return file_image(result.with_case(point.case_text, point.case_json), self.command_line) if one.file else b""
+            image = file_image(result.with_case(point.case_text, point.case_json), self.command_line) if one.file else b""
+            yield self._record(one, summary_of(result)), image
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
         # The key comes first, so that a reader of the file finds it.

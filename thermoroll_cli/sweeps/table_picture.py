@@ -6,7 +6,7 @@ import pathlib
 from collections.abc import Sequence
 
 from thermoroll_cli.plots import style
-from thermoroll_cli.plots.fit_figures import Figure, mark_measured
+from thermoroll_cli.plots.fit_figures import mark_measured
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.sweeps.measured import Measured
@@ -23,7 +23,8 @@ def draw_table(
     """Draw the scalars over the key with most numbers, or over words, a curve for each combination of the
     others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing.
     Creep forces stand beside those of the theories to `compare` with, `measured` points over all; `dpi` is the resolution of
-    PNG files. Raises OSError, and ValueError for what cannot be compared."""
+    PNG files. Raises OSError, and ValueError for what cannot be compared, or drawn: measured over another key, or of no
+    diagram."""
     columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
     varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
     numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
@@ -42,15 +43,9 @@ def draw_table(
             return ""
         figure = sweep_figure(columns, over, title=table.title, compare=compare)
         if measured is not None:
-            _mark(figure, measured, over[0])
+            if over[0] not in measured.varied:
+                raise ValueError(f"{measured.source} has no column {over[0]}, over which the sweep is drawn")
+            if missing := mark_measured(figure, measured.varied[over[0]], measured.values, measured.deviations):
+                raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
         style.save(figure, path, dpi)
     return ""
-
-
-def _mark(figure: Figure, measured: Measured, over: str) -> None:
-    """Draw measured points into the diagrams of a sweep over a key. Raises ValueError if they were not measured over it, or if
-    no diagram shows what was."""
-    if over not in measured.varied:
-        raise ValueError(f"{measured.source} has no column {over}, over which the sweep is drawn")
-    if missing := mark_measured(figure, measured.varied[over], measured.values, measured.deviations):
-        raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")

@@ -100,10 +100,11 @@ def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> I
         errors = {name: error + load + (moved if name in POWERS else 0.0) for name, error in result.error.items()}
         surface, s = patch.bearing.patch, -result.y
         places = surface.places(s)
+        own_axes = (warning.replace(" y = ", " y (in the axes of its result) = ") for warning in result.warnings)
         whole = replace(
             result, name=f"{side}_{number}", error=errors | {"normal_N": load},
             subsurface=below and replace(below, error={name: error + load for name, error in below.error.items()}),
-            warnings=(*map(_in_own_axes, result.warnings), *_turning(patch), *_divided(patch)),
+            warnings=(*own_axes, *_turning(patch), *_divided(patch)),
             lines={"surface": np.stack([sign * places[:, 1], places[:, 2], sign * surface.inclination(s)])})
         yield replace(whole, record={"side": side, "number": number, **_record(patch, whole)})
 
@@ -154,11 +155,6 @@ def _divided(patch: SolvedPatch) -> Iterator[str]:
         y = 1e3 * sign_of(patch.side) * patch.bearing.patch.places(-patch.result.coupled.y)[:, 1]
         yield (f"it holds {len(parts)} contacts, at y = {' and '.join(f'{y[part].mean():.4g}' for part in parts)} mm, on one "
                f"grid: the narrowest is {min(map(len, parts))} elements wide; compare pressures with a finer numerics.grid")
-
-
-def _in_own_axes(warning: str) -> str:
-    """A `warning` of the contact in a patch, which knows no track."""
-    return warning.replace(" y = ", " y (in the axes of its result) = ")
 
 
 def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:

@@ -111,13 +111,9 @@ def worn_off(outline: Outline, line: Array, patch: Result, depth: Array) -> Arra
     first, last, y = loaded[0], loaded[-1] + 1, patch.y
     half = 0.5 * float(y[1] - y[0])
     edges = np.append(y - half, y[-1] + half)[first : last + 1]
-    places = np.array([_extended(edges, y, row) for row in patch.lines["surface"][:2]])
+    # Straight on beyond the first and the last y.
+    places = scipy.interpolate.make_interp_spline(y, patch.lines["surface"][:2], k=1, axis=1)(edges)
     return outline.deposited(line, places, depth[first:last] * 2.0 * half)
-
-
-def _extended(at: Array, y: Array, values: Array) -> Array:
-    """`values` at the places `at`, straight on beyond the first and the last y."""
-    return np.asarray(scipy.interpolate.make_interp_spline(y, values, k=1)(at))
 
 
 def flange(points: Points, back: float) -> tuple[float, float, float]:

@@ -73,8 +73,7 @@ class FixedRows:
 
     def covers(self, low: float, high: float) -> bool:
         """Whether there are rows from `low` to `high` (m), as far as there is material."""
-        wanted = self.covering(low, high)
-        return self.first <= wanted.first + ALIGNED and wanted.first + wanted.count <= self.first + self.count
+        return self.joined(self.covering(low, high)) == self
 
     def joined(self, other: Self) -> Self:
         """These rows and `other` ones of the same places, and those between."""
