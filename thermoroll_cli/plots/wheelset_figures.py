@@ -4,7 +4,7 @@ scale, and the quantities of a sweep over its shift."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -13,6 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Affine2D
 
 from thermoroll_cli.arrays import Array
@@ -23,19 +24,6 @@ from thermoroll_cli.problem.result import Result
 
 WINDOW = (56.0, -26.0, 40.0)
 """Half-width of a cross-section about the middle of the rail, and its highest and lowest z, in mm."""
-COMB = 14.0
-"""Length of the line of the largest pressure in mm."""
-BETWEEN_TEETH = 1.6
-"""Distance between the teeth of a comb in mm."""
-ROOM = 1.5
-"""Room around the contact on a map in mm."""
-TALLEST_MAP = 75.0 * style.MM
-LEFT, BAR, FOOT, HEAD, BETWEEN = (size * style.MM for size in (14.0, 22.0, 11.0, 14.0, 12.0))
-"""Room for the label of x, the colour bar, the axis, words and title, and between maps."""
-LARGEST_SCALE = 8.0 * style.MM
-"""Inches a millimetre of a map is wide at most."""
-WINDOWS = 2.6
-"""Height over width of the pictures of a sweep, three diagrams, over that of one."""
 
 
 def section_figure(result: Result) -> Figure:
@@ -75,19 +63,19 @@ def _draw_section(axes: Axes, result: Result, side: str, peak: float) -> None:
 
 
 def _draw_comb(axes: Axes, patch: Result, peak: float) -> tuple[float, float]:
-    """Teeth along the normals into the wheel, as long as the largest pressure of each line of rolling; the tip of the
-    longest."""
+    """Teeth along the normals into the wheel, 1.6 mm apart and as long as the largest pressure of each line of rolling (14 mm
+    for the `peak`); the tip of the longest."""
     highest = 1e-6 * np.asarray(patch.fields["pressure"]).max(axis=0)
     loaded = np.flatnonzero(highest > 0.0)
     step = 0.5 * (patch.y[1] - patch.y[0])
     # From edge to edge, with as many teeth between as can be told apart.
     places = np.concatenate(([patch.y[loaded[0]] - step], patch.y[loaded], [patch.y[loaded[-1]] + step]))
     pressures = np.concatenate(([0.0], highest[loaded], [0.0]))
-    teeth = np.linspace(places[0], places[-1], max(int(1e3 * np.ptp(places) / BETWEEN_TEETH), 1) + 1)[1:-1]
+    teeth = np.linspace(places[0], places[-1], max(int(1e3 * np.ptp(places) / 1.6), 1) + 1)[1:-1]
 
     def ends(at: Array) -> tuple[Array, Array]:
         y, z, angle = (np.interp(at, patch.y, line) for line in patch.lines["surface"])
-        foot, length = 1e3 * np.stack((y, z), axis=1), COMB * np.interp(at, places, pressures) / peak
+        foot, length = 1e3 * np.stack((y, z), axis=1), 14.0 * np.interp(at, places, pressures) / peak
         return foot, foot + length[:, None] * np.stack((np.sin(angle), -np.cos(angle)), axis=1)
 
     axes.add_collection(LineCollection(np.stack(ends(teeth), axis=1).tolist(), colors="0.35", linewidths=0.5))
@@ -119,61 +107,43 @@ def friction_figure(result: Result) -> Figure | None:
 
 
 def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, unit: str) -> Figure | None:
-    """`values` (nx, ny) of all patches, from the `lowest` on; nan is left empty."""
+    """`values` (nx, ny) of all patches on one scale of lengths, from the `lowest` on; nan is left empty."""
     if not result.contacts:
         return None
     shown = [_cropped(patch, value) for patch, value in zip(result.contacts, values, strict=True)]
-    widths, heights = ([float(np.ptp(axis)) + axis[1] - axis[0] for axis in axes]
-                       for axes in zip(*((y, x) for x, y, *_ in shown), strict=True))  # fmt: skip
-    beside = LEFT + BAR + BETWEEN * (len(shown) - 1)
-    per_mm = min((style.DOUBLE - beside) / sum(widths), TALLEST_MAP / max(heights), LARGEST_SCALE)
-    tall = per_mm * max(heights)
-    page = next(page for page in (style.SINGLE, style.DOUBLE) if page - beside > 0.999 * per_mm * sum(widths))
-    handles = kinds_of_borders(borders for *_, borders, _ in shown)
-    foot = FOOT + style.legend_height(handles, page)
-    figure = Figure(figsize=(page, foot + tall + HEAD))
+    boxes = [(y[0], y[-1], x[0], x[-1]) for x, y, *_ in shown]
+    widths, middles = [right - left for left, right, _, _ in boxes], [0.5 * (low + high) for *_, low, high in boxes]
+    height = max(high - low for *_, low, high in boxes)
+    page = style.DOUBLE if len(shown) > 1 or widths[0] > 1.4 * height else style.SINGLE
+    beside = 24.0 + 14.0 * len(shown)
+    per_mm = min((page / style.MM - beside) / sum(widths), 75.0 / height, 8.0)
+    figure = style.new_figure(page, (per_mm * height + 30.0) * style.MM)
+    figure.set_layout_engine("compressed")
     norm = Normalize(lowest, max(float(np.nanmax(value)) for value in values))
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
-    left = LEFT + 0.5 * max(page - beside - per_mm * sum(widths), 0.0)
-    for patch, (x, y, value, borders, place), width, height in zip(result.contacts, shown, widths, heights, strict=True):
-        axes = style.add_axes(figure, left, foot + 0.5 * (tall - per_mm * height), per_mm * width, per_mm * height)
+    panels = figure.subplots(1, len(shown), squeeze=False, width_ratios=widths)[0]
+    for axes, patch, (x, y, value, borders, place), box, middle in zip(
+            panels, result.contacts, shown, boxes, middles, strict=True):
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
-        image = axes.imshow(value, norm=norm, cmap=colours.cmap, origin="lower", aspect="auto",
+        image = axes.imshow(value, norm=norm, cmap=colours.cmap, origin="lower",
                             interpolation="nearest" if np.isnan(value).any() else "bilinear",
                             extent=(y[0] - dy, y[-1] + dy, x[0] - dx, x[-1] + dx))
         if borders.outline is not None:
             image.set_clip_path(borders.outline, transform=place + axes.transData)
         draw_borders(axes, borders, place)
-        wide = per_mm * width > 34.0 * style.MM
-        axes.set(xlim=(y[0] - dy, y[-1] + dy), ylim=(x[0] - dx, x[-1] + dx))
-        axes.set_xlabel("y along the surface (mm)" if wide else "y (mm)")
-        axes.set_title(patch.name.replace("_", " "))
-        _few_places(axes, "x", y, per_mm)
-        _few_places(axes, "y", x, per_mm)
-        left += per_mm * width + BETWEEN
-    figure.axes[0].set_ylabel("x along travel (mm)" if per_mm * heights[0] > 32.0 * style.MM else "x (mm)")
-    bar = style.add_axes(figure, left - BETWEEN + 4.0 * style.MM, foot, 3.5 * style.MM, tall)
-    figure.colorbar(colours, cax=bar, label=f"{words} ({unit})" if tall > 32.0 * style.MM else unit)
+        axes.set(xlim=box[:2], ylim=(middle - 0.5 * height, middle + 0.5 * height), xlabel="y (mm)",
+                 title=patch.name.replace("_", " "))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10], min_n_ticks=1))
+    panels[0].set_ylabel("x along travel (mm)")
+    figure.colorbar(colours, ax=list(panels), label=f"{words} ({unit})", pad=0.02)
     style.add_headline(figure, result.problem.title, result.converged, "seen from above")
-    style.add_legend(figure, handles)
+    style.add_legend(figure, kinds_of_borders(borders for *_, borders, _ in shown))
     return figure
 
 
-def _few_places(axes: Axes, name: Literal["x", "y"], places: Array, per_mm: float) -> None:
-    """Ticks that leave room for their labels: on a narrow map two, at about the same distance from the middle, or zero."""
-    length = per_mm * float(np.ptp(places))
-    if length > 22.0 * style.MM:
-        most = max(int(length / (11.0 * style.MM)), 2)
-        style.few_ticks(axes, *((most, 0) if name == "x" else (0, most)))
-        return
-    half = 0.45 * float(np.ptp(places))
-    digit = 10.0 ** np.floor(np.log10(half))
-    end = np.floor(half / digit) * digit
-    getattr(axes, f"set_{name}ticks")([-end, end] if length > 10.0 * style.MM else [0.0])
-
-
 def _cropped(patch: Result, value: Array) -> tuple[Array, Array, Array, Borders, Affine2D]:
-    """x and y (mm, about the centre of pressure) and `value` of a patch around its contact, seen from above; its
+    """x and y (mm, about the centre of pressure) and `value` of a patch up to 1.5 mm around its contact, seen from above; its
     borders in m, and the way from these to a map of it."""
     state, sign = patch.coupled, 1.0 if patch.record["side"] == "right" else -1.0
     x, y = -1e3 * state.x, -1e3 * sign * state.y
@@ -181,8 +151,8 @@ def _cropped(patch: Result, value: Array) -> tuple[Array, Array, Array, Borders,
     centre = [float(pressure.sum(axis=1 - axis) @ places / pressure.sum()) for axis, places in ((0, x), (1, y))]
     x, y = x - centre[0], y - centre[1]
     rows, columns = (np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0))
-    keep_x = (x > x[rows].min() - ROOM) & (x < x[rows].max() + ROOM)
-    keep_y = (y > y[columns].min() - ROOM) & (y < y[columns].max() + ROOM)
+    keep_x = (x > x[rows].min() - 1.5) & (x < x[rows].max() + 1.5)
+    keep_y = (y > y[columns].min() - 1.5) & (y < y[columns].max() + 1.5)
     order = np.argsort(y[keep_y])
     up = np.argsort(x[keep_x])
     seen = np.ix_(np.flatnonzero(keep_x)[up], np.flatnonzero(keep_y)[order])
@@ -196,7 +166,7 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
     order = np.argsort(np.asarray(columns[over], dtype=float), kind="stable")
     table = {name: np.asarray(column, dtype=float)[order] for name, column in columns.items() if name == over or _drawn(name)}
     at = table[over]
-    figure = style.new_figure(style.DOUBLE, 0.62 * WINDOWS * style.SINGLE)
+    figure = style.new_figure(style.DOUBLE, 1.6 * style.SINGLE)
     places, radii, forces = figure.subplots(3, 1, sharex=True)
     for side, colour, marker in zip(("left", "right"), (style.BEFORE, style.AFTER), ("o", "s"), strict=True):
         names = [name.removesuffix(PLACE) for name in table if name.startswith(side) and name.endswith(PLACE)]
