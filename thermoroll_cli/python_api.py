@@ -109,10 +109,6 @@ def solve(
     return Solver(threads).solve(case, report=report)
 
 
-MOST_AMPLITUDE = 50.0
-"""Largest amplitude of a conicity in mm: no gauge has more room."""
-
-
 def conicity(
     case: Case | Mapping[str, Any] | str | os.PathLike[str],
     amplitudes_mm: Sequence[float] = tuple(np.linspace(1.0, 7.5, 66).tolist()),
@@ -129,9 +125,9 @@ def conicity(
     an amplitude is beyond the profiles.
 
     Raises CaseError for an invalid case; ValueError for a case without two wheels on a track, and for other amplitudes."""
-    if not len(amplitudes_mm) or not all(
-            isinstance(value, int | float) and 0.0 < value <= MOST_AMPLITUDE for value in amplitudes_mm):
-        raise ValueError(f"amplitudes are numbers above 0 up to {MOST_AMPLITUDE:g} mm")
+    # No gauge has more room than 50 mm.
+    if not len(amplitudes_mm) or not all(isinstance(value, int | float) and 0.0 < value <= 50.0 for value in amplitudes_mm):
+        raise ValueError("amplitudes are numbers above 0 up to 50 mm")
     task = Case.of(case).task
     if not isinstance(task, WheelsetProblem):
         raise Unsolvable("a single contact has no equivalent conicity", "geometry", "[track] and [wheelset] in place of it")

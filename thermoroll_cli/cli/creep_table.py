@@ -16,7 +16,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.commands import HELP_OPTIONS
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.creep_table.build import TablePlan, build_table, finish, journal_path
+from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
 from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
 from thermoroll_cli.files.csv_table import csv_text
@@ -149,7 +149,7 @@ def _build(plan: TablePlan, path: Path, workers: Workers, *, resume: bool, quiet
         built = build_table(plan, path, workers=workers, resume=resume, note=progress.note,
                             report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
     write_table(path, built, command_line=options.command_line())
-    finish(path)
+    journal_path(path).unlink(missing_ok=True)
     return built
 
 

@@ -22,12 +22,7 @@ TASK_POINTS = 640
 """Points of one ellipse in a task, some seconds of work: what a process does between two entries of the journal."""
 CHECK_POINTS = 25
 """Random points of one random ellipse; those of a table of one ellipse are all its own."""
-CHECK_FINER = 2.25
-"""Random points are solved so much more accurately (48 elements a side for 32), so that their difference from the table has the
-errors of both its solver and its interpolation in it."""
 SEED = 20
-DECIMALS = 9
-"""Digits of forces over μW in the journal."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +63,9 @@ class TablePlan:
             alpha, height, m = 0.5 * np.pi * alpha, 2.0 * height - 1.0, t / (1.0 - t)
             flat = m * np.sqrt(1.0 - height**2)
             scaled = np.stack([flat * np.cos(alpha), flat * np.sin(alpha), m * height])
-            yield TableTask(f"check from {first}", ratio, self.poisson_ratio, self.accuracy / CHECK_FINER, scaled)
+            # More accurately (48 elements a side for 32), so that their difference from the table has the errors of both its
+            # solver and its interpolation in it.
+            yield TableTask(f"check from {first}", ratio, self.poisson_ratio, self.accuracy / 2.25, scaled)
 
 
 @dataclass(frozen=True)
@@ -91,7 +88,7 @@ class TableTask:
         yield self._record(np.concatenate([values, errors[None]])), b""
 
     def _record(self, values: Array, *, solved: bool = True) -> Record:
-        return {"key": self.key, "solved": solved, "values": np.round(values, DECIMALS).tolist()}
+        return {"key": self.key, "solved": solved, "values": np.round(values, 9).tolist()}
 
     def without(self, done: Callable[[str], bool]) -> Self | None:
         return None if done(self.key) else self
@@ -115,7 +112,7 @@ def build_table(
 ) -> TableValues:
     """Solve all points of `plan` and measure the error of interpolation between them.
 
-    Solved points are kept in a journal beside `path` until `finish` is called, so that `resume` goes on where a killed program
+    Solved points are kept in a journal beside `path` which the caller removes, so that `resume` goes on where a killed program
     stopped. `report` is called with numbers of points as they are done, and whether they were solved now rather than found;
     `note` with remarks. Raises OSError (journal, cluster).
     """
@@ -136,11 +133,6 @@ def build_table(
 
 def journal_path(path: pathlib.Path) -> pathlib.Path:
     return path.with_name(path.name + ".jsonl")
-
-
-def finish(path: pathlib.Path) -> None:
-    """Remove the journal: the table is written."""
-    journal_path(path).unlink(missing_ok=True)
 
 
 def _assembled(plan: TablePlan, parts: list[Array]) -> TableValues:

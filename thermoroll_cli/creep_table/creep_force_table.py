@@ -31,17 +31,6 @@ from thermoroll_cli.problem.friction import FrictionLaw
 
 Outside = Literal["error", "saturation"]
 DEFAULT_TABLE = pathlib.Path(__file__).with_name("default_table.h5")
-NOISE = 1e-9
-"""Error of the largest of F_x/μW, F_y/μW and M_z/(μW sqrt(ab))."""
-TINY = 1e-15
-LAW_ERROR, LAW_ERROR_WITH_SPIN = 0.2, 0.6
-"""Errors of forces with an equivalent coefficient of friction, over (μ₀ − μ)W: the largest at 200 random contacts, without and
-with spin, whose criterion of falling friction was up to 0.6. 95 % had errors below 0.14 and 0.25."""
-
-
-LINEAR = 0.1
-"""Share of μW (forces and moment together) below which errors are proportional to it: the lowest points of a table carry
-this."""
 
 
 class OutsideTable(ValueError):
@@ -153,33 +142,26 @@ class CreepForceTable:
         mean = np.sqrt(area)
         unit = modulus.ravel() * area / limit
         ratio = a / b
-        inside = self._inside(ratio, outside)
-        values = self._values(np.clip(ratio, *self._range), np.stack([xi * unit, eta * unit, phi * unit * mean]), inside)
+        lowest, highest = self.values.axes.aspect_ratios[0], self.values.axes.aspect_ratios[-1]
+        # The node itself may be met to rounding.
+        inside = (ratio >= lowest * (1.0 - 1e-9)) & (ratio <= highest * (1.0 + 1e-9))
+        if outside == "error" and not inside.all():
+            reach = f"{lowest:g} alone" if lowest == highest else f"{lowest:g} … {highest:g}"
+            raise OutsideTable(f"a/b = {ratio[~inside][0]:g} is outside the table, which has a/b = {reach}")
+        values = self._values(np.clip(ratio, lowest, highest), np.stack([xi * unit, eta * unit, phi * unit * mean]), inside)
         force_x, force_y, moment = values[0] * limit, values[1] * limit, values[2] * limit * mean
-        carried = np.minimum(np.sqrt((values[:3] ** 2).sum(axis=0)) / LINEAR, 1.0)
+        # The lowest points of a table carry 0.1 μW (forces and moment together): below, errors are proportional to that.
+        carried = np.minimum(np.sqrt((values[:3] ** 2).sum(axis=0)) / 0.1, 1.0)
         error = self.values.quality.largest * without_slip * carried
         if law is not None:
-            error = error + np.where(phi == 0.0, LAW_ERROR, LAW_ERROR_WITH_SPIN) * np.abs(without_slip - limit)
+            # The largest at 200 random contacts, without and with spin, whose criterion of falling friction was up to 0.6:
+            # 95 % had errors below 0.14 and 0.25 of (μ₀ − μ)W.
+            error = error + np.where(phi == 0.0, 0.2, 0.6) * np.abs(without_slip - limit)
         moment_error = np.where(moment == 0.0, 0.0, error * mean)
         work_error = np.hypot(xi, eta) * error + np.abs(phi) * moment_error
         columns = (force_x, force_y, moment, xi * force_x + eta * force_y + phi * moment, values[3], error, moment_error,
                  work_error)
         return TableForces(*(np.where(unknown, math.nan, np.where(loaded, v, 0.0)).reshape(shape) for v in columns))
-
-    @property
-    def _range(self) -> tuple[float, float]:
-        ratios = self.values.axes.aspect_ratios
-        return ratios[0], ratios[-1]
-
-    def _inside(self, ratio: Array, outside: Outside) -> NDArray[np.bool_]:
-        lowest, highest = self._range
-        # The node itself may be met to rounding.
-        inside = (ratio >= lowest * (1.0 - 1e-9)) & (ratio <= highest * (1.0 + 1e-9))
-        if outside == "error" and not inside.all():
-            wrong = float(ratio[~inside][0])
-            reach = f"{lowest:g} alone" if lowest == highest else f"{lowest:g} … {highest:g}"
-            raise OutsideTable(f"a/b = {wrong:g} is outside the table, which has a/b = {reach}")
-        return np.asarray(inside)
 
     def _values(self, ratio: Array, creepages: Array, inside: NDArray[np.bool_]) -> Array:
         """`QUANTITIES` (4, n) at ξ', η', φ' (3, n)."""
@@ -197,7 +179,7 @@ class CreepForceTable:
         values[1] *= turn_y
         values[2] *= turn_y
         # A component that a symmetry makes zero has rounding noise only.
-        noise = np.abs(values[:3]) <= NOISE * np.abs(values[:3]).max(axis=0) + TINY
+        noise = np.abs(values[:3]) <= 1e-9 * np.abs(values[:3]).max(axis=0) + 1e-15
         values[:3] = np.where(noise, 0.0, values[:3])
         return values
 
@@ -216,13 +198,8 @@ REFLECTED = np.array([1.0, -1.0, -1.0, 1.0, 1.0])
 """Signs of the columns F_x, F_y, M_z, γ_st, and |F| on its own."""
 REVERSED_X = np.array([-1.0, 1.0, 1.0, 1.0, 1.0])
 REVERSED = np.array([-1.0, -1.0, -1.0, 1.0, 1.0])
-BY_COMPONENTS, BY_SIZE = 0.8, 0.95
-"""Below the first |F|/μW components are interpolated (|F| has cusps where they vanish); above the second, |F| on its own, which
-then does not overshoot where full sliding begins."""
 GHOSTS = 8
 """Values continued beyond an end of v or w: 3e-5 of the error at the end of the continuation is left at the last real value."""
-FINE = 401
-"""Ratios a/b between which the scales are interpolated where many different ones are asked for."""
 
 
 def fill_holes(values: Array) -> Array:
@@ -325,7 +302,9 @@ class Interpolant:
             whole = NdBSpline((spline.t, *self._knots), spline.c, (spline.k, 3, 3, 3))
             out = whole(np.concatenate([np.log(aspect_ratio)[:, None], place], axis=1)).T
         size = np.hypot(out[0], out[1])
-        share = np.clip((size - BY_COMPONENTS) / (BY_SIZE - BY_COMPONENTS), 0.0, 1.0)
+        # Below 0.8 components are interpolated (|F| has cusps where they vanish); above 0.95 |F| on its own, which then does
+        # not overshoot where full sliding begins.
+        share = np.clip((size - 0.8) / 0.15, 0.0, 1.0)
         share *= share * (3.0 - 2.0 * share)
         wanted = np.minimum(size + share * (out[4] - size), 1.0)
         out[:2] *= wanted / np.where(size > 0.0, size, 1.0)
@@ -342,7 +321,7 @@ class Interpolant:
     def scales_of(self, aspect_ratio: Array) -> Array:
         """X/ξ', Y/η', Z/φ' as (3, n) for many ratios a/b within the table, to 1e-4 between fine nodes."""
         if self._fine is None:
-            nodes = np.linspace(self._ratios[0], self._ratios[-1], FINE)
+            nodes = np.linspace(self._ratios[0], self._ratios[-1], 401)
             known = np.array([scales(creepage_coefficients(float(np.exp(node)), self._poisson)) for node in nodes])
             self._fine = nodes, np.log(known)
         nodes, logs = self._fine

@@ -28,9 +28,6 @@ FORCES = slice(0, 3)
 STANDARD_ELEMENTS = 32
 """Elements per side, in the geometric mean, for an accuracy of `STANDARD_ACCURACY`; errors fall with its square."""
 STANDARD_ACCURACY = 1e-3
-MOST_ELEMENTS, FEWEST_ELEMENTS = 64, 16
-SHAPE_EXPONENT, MOST_SLENDER = 0.27, 2.0
-"""Slender contacts want more elements along their long side, but not in proportion to it."""
 TOLERANCE = 3e-5
 """Tolerance of the residual: forces are then 5e-6 μW from those of a perfect solution, 3e-5 at most."""
 LOAD, FRICTION, RADIUS, MODULUS = 100.0, 0.3, 0.05, 1e11
@@ -38,10 +35,9 @@ LOAD, FRICTION, RADIUS, MODULUS = 100.0, 0.3, 0.05, 1e11
 
 
 def grid_for(aspect_ratio: float, accuracy: float) -> tuple[int, int]:
-    """Elements along x and y, multiples of four."""
-    mean = STANDARD_ELEMENTS * math.sqrt(STANDARD_ACCURACY / accuracy)
-    mean = min(max(mean, FEWEST_ELEMENTS), MOST_ELEMENTS)
-    slenderness = min(max(aspect_ratio**SHAPE_EXPONENT, 1.0 / MOST_SLENDER), MOST_SLENDER)
+    """Elements along x and y, multiples of four. Slender contacts want more along their long side, but not in proportion."""
+    mean = min(max(STANDARD_ELEMENTS * math.sqrt(STANDARD_ACCURACY / accuracy), 16), 64)
+    slenderness = min(max(aspect_ratio**0.27, 0.5), 2.0)
     nx, ny = (max(8, 4 * round(side / 4.0)) for side in (mean * slenderness, mean / slenderness))
     return nx, ny
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 import os
@@ -12,10 +11,11 @@ import h5py
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.atomic import replacing, write_bytes
+from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.creep_table.point_solver import QUANTITIES
 from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, spin_angle
 from thermoroll_cli.exact.kalker import creepage_coefficients
+from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.files.result.hdf5 import ResultFileError, create, dimension_scale, image_of, label, opened, stamp
 
 LARGEST_MAGNITUDE = 1e4
@@ -24,10 +24,7 @@ LARGEST_MAGNITUDE = 1e4
 DEFAULT_ASPECTS = (0.05, 0.075, 0.11, 0.155, 0.21, 0.27, 0.33, 0.39, 0.455, 0.53, 0.615, 0.84, 1.0, 1.42, 2.2, 3.6, 5.0, 10.0,
                    20.0)
 """Closest where forces change most with a/b: around 1/2, where spin turns from hindering to helping the lateral force."""
-DEFAULT_MAGNITUDES, DEFAULT_DIRECTIONS, DEFAULT_SPINS = 25, 13, 41
 DEFAULT_POISSON = 0.28
-FEWEST = 5
-"""Nodes that a cubic spline with free ends needs."""
 
 FORMAT_VERSION = 1
 KIND = "creep_force_table"
@@ -48,9 +45,9 @@ class Axes:
     """`aspect_ratios` a/b, increasing; numbers of evenly spaced `magnitudes` u, `directions` v and `spins` w (`scaling`)."""
 
     aspect_ratios: tuple[float, ...] = DEFAULT_ASPECTS
-    magnitudes: int = DEFAULT_MAGNITUDES
-    directions: int = DEFAULT_DIRECTIONS
-    spins: int = DEFAULT_SPINS
+    magnitudes: int = 25
+    directions: int = 13
+    spins: int = 41
 
     def __post_init__(self) -> None:
         ratios = self.aspect_ratios
@@ -59,8 +56,8 @@ class Axes:
         if any(later <= earlier for earlier, later in itertools.pairwise(ratios)):
             raise ValueError(f"aspect ratios a/b must increase, got {_listed(ratios)}")
         for name in ("magnitudes", "directions", "spins"):
-            if getattr(self, name) < FEWEST:
-                raise ValueError(f"at least {FEWEST} {name} are needed, got {getattr(self, name)}")
+            if getattr(self, name) < 5:  # for a cubic spline with free ends
+                raise ValueError(f"at least 5 {name} are needed, got {getattr(self, name)}")
         if self.spins % 2 == 0:
             raise ValueError(f"the number of spins must be odd, so that no spin is among them, got {self.spins}")
 
@@ -187,11 +184,11 @@ def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:
         scaled = np.where(unit == 0.0, 0.0, unit * sizes[:, None, None])
     angles = (np.degrees(plane_angle(axes.v)), np.degrees(spin_angle(axes.w)))
     places = np.meshgrid(sizes, *angles, indexing="ij")
-    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["aspect_ratio", "xi", "eta", "phi", "magnitude", "alpha_deg", "beta_deg", *QUANTITIES])
-        for values, ratio in zip(table.values, axes.aspect_ratios, strict=True):
-            per = np.array(scales(creepage_coefficients(ratio, table.poisson_ratio)))
-            columns = [np.full(axes.shape, ratio), *(scaled / per[:, None, None, None]), *places, *values]
-            for cells in np.stack(columns, axis=-1).reshape(-1, len(columns)):
-                writer.writerow(["" if math.isnan(cell) else f"{cell:.7g}" for cell in cells])
+    rows: list[list[str]] = []
+    for values, ratio in zip(table.values, axes.aspect_ratios, strict=True):
+        per = np.array(scales(creepage_coefficients(ratio, table.poisson_ratio)))
+        columns = [np.full(axes.shape, ratio), *(scaled / per[:, None, None, None]), *places, *values]
+        rows += [["" if math.isnan(cell) else f"{cell:.7g}" for cell in cells]
+                 for cells in np.stack(columns, axis=-1).reshape(-1, len(columns))]
+    header = ["aspect_ratio", "xi", "eta", "phi", "magnitude", "alpha_deg", "beta_deg", *QUANTITIES]
+    write_bytes(path, csv_text(header, rows).encode())

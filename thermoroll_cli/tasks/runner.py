@@ -27,11 +27,7 @@ from thermoroll_cli.tasks.journal import Journal, Record, keep
 
 DEATHS = 3
 """A point is given up after so many of the processes that solved it have died. Processes killed from outside do not count."""
-DIED = f"the process that solved it died {DEATHS} times (killed, or out of memory)"
-POLL_SECONDS = 0.1
 CONNECT_SECONDS = 10
-AHEAD = 2
-"""Tasks that are queued at a cluster for each of its workers, so that no worker is idle."""
 
 Item = tuple[Record, bytes]
 """A record for the journal, and the content of the file that it names."""
@@ -134,7 +130,7 @@ def _run_elsewhere(
             running[workers.submit(task)] = task
         if not running:
             return
-        done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
+        done, _ = wait(running, 0.1, FIRST_COMPLETED)
         safe_point()
         if not done:
             workers.check()
@@ -160,7 +156,7 @@ def _run_elsewhere(
             elif len(parts := left.parts()) > 1:
                 suspects.extend(parts)
             else:
-                journal.keep(left.given_up(DIED))
+                journal.keep(left.given_up(f"the process that solved it died {DEATHS} times (killed, or out of memory)"))
         yield from journal.update()
 
 
@@ -295,7 +291,8 @@ class _Cluster:
 
     @property
     def places(self) -> int:
-        return AHEAD * max(1, self._workers)
+        """Two tasks for each worker, so that none is idle."""
+        return 2 * max(1, self._workers)
 
     @property
     def _workers(self) -> int:

@@ -15,9 +15,6 @@ from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale, mean_semi_axis
 
-SAME_DEPTH = 1e-9
-"""Depths that differ by less of the last one are the same but for rounding."""
-
 
 @dataclass(frozen=True)
 class Pair:
@@ -74,7 +71,9 @@ def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
     rows = [Pair("status", "text", a.status, b.status, 0.0 if a.status == b.status else math.inf)]
     if a.assembly != b.assembly:
         rows.append(Pair("assembly", "text", a.assembly, b.assembly, math.inf))
-    rows += [_text_row(name, getattr(a, name), getattr(b, name)) for name in ("unbounded", "warnings")]
+    for name in ("unbounded", "warnings"):
+        texts = ["; ".join(getattr(each, name)) for each in (a, b)]
+        rows.append(Pair(name, "text", texts[0], texts[1], 0.0 if texts[0] == texts[1] else math.inf))
     one, other = a.numbers, b.numbers
     rows += _scalar_rows("", one, other, one, other)
     rows += _patch_rows(a, b)
@@ -106,11 +105,6 @@ def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
         ]
     rows += _rows_below(a, b)
     return Comparison(tuple(rows), rtol, tuple(notes))
-
-
-def _text_row(name: str, a: Iterable[str], b: Iterable[str]) -> Pair:
-    left, right = ("; ".join(texts) for texts in (a, b))
-    return Pair(name, "text", left, right, 0.0 if left == right else math.inf)
 
 
 def _patch_rows(a: Result, b: Result) -> Iterator[Pair]:
@@ -184,7 +178,7 @@ def _rows_below(a: Result, b: Result) -> Iterator[Pair]:
         below, deepest = {"z": left.depths}, float(left.depths[-1])
         depths = _field_row(f"subsurface.{body}.depths", below, left.depths, right.depths, deepest)
         yield depths
-        if not depths.difference <= SAME_DEPTH:
+        if not depths.difference <= 1e-9:  # more than rounding
             continue
         for prefix, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane),
                                        ("strength_", left.strength, right.strength)):
