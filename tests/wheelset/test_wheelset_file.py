@@ -175,18 +175,6 @@ def test_python_takes_it_as_any_result(stored: Result, tmp_path: Path) -> None:
     assert here.converged and there.converged and there.case_json != here.case_json
 
 
-def test_results_of_the_last_version(folder: Path, tmp_path: Path) -> None:
-    """Files of single contacts are read; the JSON of a wheelset says what to do."""
-    content = (folder / "results" / "m.h5").read_bytes()
-    (tmp_path / "old.h5").write_bytes(content)
-    with h5py.File(tmp_path / "old.h5", "r+") as file:
-        file.attrs["format_version"] = 2
-    assert len(read_result(tmp_path / "old.h5").contacts) == 3
-    (tmp_path / "m.json").write_text('{"name": "m"}')
-    drawn = call("plot", "m.json", cwd=tmp_path)
-    assert drawn.returncode == 5 and "solve the case again" in drawn.stderr
-
-
 def test_a_sweep_of_scalars_has_columns_of_patches_with_units(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(WORN.to_toml())
     done = call("sweep", "m.toml", "--over", "wheelset.lateral_shift_mm=4,5", "-o", ".", "--scalars-only", "-q", "--no-plots",
