@@ -218,9 +218,9 @@ def test_heat_that_divides_itself(case):
     grid, flux, inside = semi_ellipsoid(case, 193)
     response = response_of(case, grid)
     found = match(response, flux, inside)
-    assert found.converged and found.applications <= 8
-    temperatures, entries = response.temperatures(found.heat), entry_temperatures(response.tracks, found.heat)
-    for i, (name, into) in enumerate((("lower", found.heat.lower), ("upper", found.heat.upper))):
+    assert found.mismatch <= 1e-5 and found.applications <= 8
+    temperatures, entries = response.temperatures(found.into), entry_temperatures(response.tracks, found.into)
+    for i, (name, into) in enumerate((("lower", found.into.lower), ("upper", found.into.upper))):
         known, track = reference("recirculation")[case]["matched"][name], response.tracks[i]
         uncertain = known["rel_uncertainty"]
         assert close(into.sum() / flux.sum(), known["share"], uncertain["share"])
@@ -242,4 +242,4 @@ def test_equal_bodies_cooled_alike_share_evenly():
     unlike = RecirculatingResponse(HeatResponse(grid, body, body), (Track(DRIVE, grid), cooler))
     assert unlike.matched_share is None
     found = match(unlike, flux, inside)
-    assert found.converged and found.heat.lower.sum() < 0.499 * flux.sum()
+    assert found.mismatch <= 1e-5 and found.into.lower.sum() < 0.499 * flux.sum()

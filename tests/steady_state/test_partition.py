@@ -49,7 +49,7 @@ class Disc:
         return partition, self.mismatch(response, partition, bulk)
 
     def mismatch(self, response, partition, bulk: float = 0.0) -> float:
-        below, above = response.temperatures(partition.heat)
+        below, above = response.temperatures(partition.into)
         difference = np.abs(below - above - bulk)[self.contact].max()
         return float(difference / max(np.abs(below).max(), np.abs(above).max(), abs(bulk)))
 
@@ -77,12 +77,12 @@ def test_surfaces_are_equally_warm_inside_the_contact(n, lower, upper):
     """Mismatch ≤ 1e-5 of the peak (1e-3 is asked for), heat conserved to rounding, 3 to 14 applications (30 allowed)."""
     disc = Disc(n)
     partition, mismatch = disc.match(lower, upper)
-    assert partition.converged and mismatch < 1e-5 and partition.mismatch < 1e-5
+    assert mismatch < 1e-5 and partition.mismatch < 1e-5
     assert 2 <= partition.applications <= 14
-    np.testing.assert_allclose(partition.heat.total, disc.flux, atol=1e-12 * disc.flux.max())
-    assert disc.heat(partition.heat.total) == pytest.approx(disc.heat(disc.flux), rel=1e-13)
+    np.testing.assert_allclose(partition.into.total, disc.flux, atol=1e-12 * disc.flux.max())
+    assert disc.heat(partition.into.total) == pytest.approx(disc.heat(disc.flux), rel=1e-13)
     # No heat leaves a body outside the contact, but one surface may warm the other inside it.
-    assert not partition.heat.lower[~disc.contact].any() and not partition.heat.upper[~disc.contact].any()
+    assert not partition.into.lower[~disc.contact].any() and not partition.into.upper[~disc.contact].any()
 
 
 def test_applications_do_not_grow_with_the_grid():
@@ -107,8 +107,8 @@ def test_random_bodies_and_contacts():
         response = HeatResponse(grid, *bodies)
         bulk = float(random.choice([0.0, 1.0])) * 1e-6
         partition = match(response, flux, contact, bulk)
-        assert partition.converged and partition.applications <= 30
-        below, above = response.temperatures(partition.heat)
+        assert partition.mismatch <= 1e-5 and partition.applications <= 30
+        below, above = response.temperatures(partition.into)
         peak = max(np.abs(below).max(), np.abs(above).max(), bulk)
         assert np.abs(below - above - bulk)[contact].max() < 1e-5 * peak
 
@@ -121,22 +121,22 @@ def test_nothing_is_solved_where_both_bodies_respond_alike():
         before = counted.transforms
         partition = match(response, disc.flux, disc.contact)
         assert partition.applications == 0 and counted.transforms == before
-        assert partition.heat.share == share
-        np.testing.assert_allclose(partition.heat.lower, share * disc.flux, rtol=1e-14)
+        assert partition.into.share == share
+        np.testing.assert_allclose(partition.into.lower, share * disc.flux, rtol=1e-14)
         assert disc.mismatch(response, partition) < 1e-12
 
 
 def test_friction_and_conduction_add_up():
     disc, pair = Disc(32), (body(0.0), body(30.0, 20.0))
-    both = disc.match(*pair, bulk=50.0)[0].heat.lower
-    parts = disc.match(*pair)[0].heat.lower + disc.match(*pair, flux=disc.none, bulk=50.0)[0].heat.lower
+    both = disc.match(*pair, bulk=50.0)[0].into.lower
+    parts = disc.match(*pair)[0].into.lower + disc.match(*pair, flux=disc.none, bulk=50.0)[0].into.lower
     np.testing.assert_allclose(both, parts, atol=1e-4 * np.abs(both).max())
 
 
 def test_exchanged_bodies_exchange_their_heat():
     disc, pair = Disc(32), (body(0.5, 20.0), body(30.0))
-    here = disc.match(*pair, bulk=20.0)[0].heat
-    there = disc.match(*pair[::-1], bulk=-20.0)[0].heat
+    here = disc.match(*pair, bulk=20.0)[0].into
+    there = disc.match(*pair[::-1], bulk=-20.0)[0].into
     np.testing.assert_allclose(here.lower, there.upper, atol=1e-4 * np.abs(here.lower).max())
 
 
@@ -150,14 +150,14 @@ def test_units_do_not_matter():
     ]
     there = match(HeatResponse(scaled, *bodies), 1e-9 * disc.flux, disc.contact)
     assert there.applications == here.applications
-    np.testing.assert_allclose(there.heat.lower, 1e-9 * here.heat.lower, rtol=1e-7)
+    np.testing.assert_allclose(there.into.lower, 1e-9 * here.into.lower, rtol=1e-7)
 
 
 def test_neither_heat_nor_contact_is_no_problem():
     disc = Disc(16)
     response = HeatResponse(disc.grid, body(1.0), body(2.0))
-    assert not match(response, disc.none, disc.contact).heat.lower.any()
-    assert not match(response, disc.none, disc.contact & False, 10.0).heat.lower.any()
+    assert not match(response, disc.none, disc.contact).into.lower.any()
+    assert not match(response, disc.none, disc.contact & False, 10.0).into.lower.any()
 
 
 # --- limits -------------------------------------------------------------------------------------------------------
@@ -167,7 +167,7 @@ def test_neither_heat_nor_contact_is_no_problem():
 def test_mean_share_of_a_body_at_rest_under_a_moving_one(peclet, within):
     """Blok's closure with mean temperatures, η = T̄₂/(T̄₁ + T̄₂): near the local division at all speeds, equal at rest."""
     disc = Disc(128)
-    heat = disc.match(body(0.0), body(peclet))[0].heat
+    heat = disc.match(body(0.0), body(peclet))[0].into
     mean = [circle_mean_temperature(RADIUS, 1.0, K, KAPPA, p * KAPPA / RADIUS, "hertz") for p in (0.0, peclet)]
     assert disc.heat(heat.lower) / disc.heat(disc.flux) == pytest.approx(mean[1] / (mean[0] + mean[1]), rel=within)
 
@@ -177,7 +177,7 @@ def test_body_at_rest_under_a_very_fast_one():
     body at rest is warmed by that, and by reciprocity takes Q₁ = ∫ T q₁ with q₁ = 2k/(π sqrt(a² − r²)), what a disc at
     unit temperature gives off."""
     fast, disc = body(3e5), Disc(192)
-    heat = disc.match(body(0.0), fast)[0].heat
+    heat = disc.match(body(0.0), fast)[0].into
     n = 400
     angle = (np.arange(n) + 0.5) * math.pi / n  # y = a cos(angle); on a chord x = l sin(position)
     taken = 0.0
@@ -196,7 +196,7 @@ def test_two_fast_bodies_share_by_effusivity_and_speed(other):
     """P → ∞ for both: heat flows straight down, η = β₁√V₁/(β₁√V₁ + β₂√V₂) at every point."""
     one, disc = body(2e4), Disc(64)
     strength = [effusivity(b.conductivity, b.diffusivity) * math.sqrt(b.speed_x) for b in (one, other)]
-    share = disc.match(one, other)[0].heat.lower[disc.contact] / disc.flux[disc.contact]
+    share = disc.match(one, other)[0].into.lower[disc.contact] / disc.flux[disc.contact]
     np.testing.assert_allclose(share, strength[0] / sum(strength), atol=5e-3)
 
 
@@ -206,9 +206,9 @@ def test_conduction_between_two_bodies_at_rest():
     sides, errors = [16, 32, 64, 128], []
     for n in sides:
         partition, mismatch = Disc(n).match(body(), body(0.0, 20.0), flux=Disc(n).none, bulk=30.0)
-        errors.append(Disc(n).heat(partition.heat.lower) / exact - 1.0)
+        errors.append(Disc(n).heat(partition.into.lower) / exact - 1.0)
         assert mismatch < 1e-5
-        np.testing.assert_allclose(partition.heat.lower, -partition.heat.upper, rtol=1e-12)
+        np.testing.assert_allclose(partition.into.lower, -partition.into.upper, rtol=1e-12)
     assert abs(errors[-1]) < 3e-3
     assert order(sides, errors) > 0.9
 
@@ -221,7 +221,7 @@ def test_conduction_between_two_fast_bodies():
     y = (np.arange(2000) + 0.5) / 2000.0
     exact = 30.0 * joint * 2.0 / math.sqrt(math.pi) * RADIUS**1.5 * 2.0 * np.mean(np.sqrt(2.0 * np.sqrt(1.0 - y**2)))
     disc = Disc(128)
-    heat = disc.match(one, other, flux=disc.none, bulk=30.0)[0].heat
+    heat = disc.match(one, other, flux=disc.none, bulk=30.0)[0].into
     assert disc.heat(heat.lower) == pytest.approx(exact, rel=0.02)
     row = heat.lower[:, 64]
     s = disc.grid.x + math.sqrt(RADIUS**2 - disc.grid.y[64] ** 2)
@@ -231,7 +231,7 @@ def test_conduction_between_two_fast_bodies():
 
 def test_mean_share_converges_with_the_grid():
     sides, pair = [16, 32, 64, 128], (body(0.0), body(10.0))
-    shares = [Disc(n).heat(Disc(n).match(*pair)[0].heat.lower) / Disc(n).heat(Disc(n).flux) for n in sides]
+    shares = [Disc(n).heat(Disc(n).match(*pair)[0].into.lower) / Disc(n).heat(Disc(n).flux) for n in sides]
     assert order(sides[:-1], np.array(shares[:-1]) - shares[-1]) > 0.9
     assert shares[2] == pytest.approx(shares[-1], rel=2e-3)
 
@@ -247,9 +247,9 @@ def test_sliding_peclet_numbers_match_too(speed):
     for bulk in (0.0, 20.0):
         partition = match(response, flux, disc.contact, bulk)
         assert disc.mismatch(response, partition, bulk) < 1e-5 and partition.applications <= 24
-        np.testing.assert_allclose(partition.heat.total, flux, atol=1e-12 * flux.max())
+        np.testing.assert_allclose(partition.into.total, flux, atol=1e-12 * flux.max())
     alike = match(SlidingHeatResponse(kernels, body(), body(0.0, 3.0 * K), slip), flux, disc.contact)
-    assert alike.applications == 0 and alike.heat.share == 0.25
+    assert alike.applications == 0 and alike.into.share == 0.25
 
 
 # --- in the pipeline ----------------------------------------------------------------------------------------------
@@ -343,8 +343,8 @@ def test_an_element_that_the_border_hardly_reaches_hardly_exchanges():
     for part in (1e-3, 1e-6, 0.0):
         response = HeatResponse(disc.grid, body(), body(0.0, 20.0))
         partition = match(response, disc.none, np.where(rim, part, disc.contact), 30.0)
-        assert partition.converged
-        fluxes.append(partition.heat.lower)
+        assert partition.mismatch <= 1e-5
+        fluxes.append(partition.into.lower)
     np.testing.assert_allclose(fluxes[1], fluxes[2], rtol=1e-4, atol=1e-5 * fluxes[2].max())
     assert 0.0 < fluxes[0][rim].max() < 0.01 * fluxes[0].max()
 

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
-from thermoroll_cli.files.case import CaseError
+from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.refinement.plan import leaves_out_deformation
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.sweeps.points import LARGEST_BATCH, Axis, Point, Points, parse_axes, read_points
+from thermoroll_cli.sweeps.points import LARGEST_BATCH, Axis, Points, key_of, parse_axes, read_points
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def case(tmp_path: Path) -> Path:
     return path
 
 
-def points_of(text: str, axes: tuple[Axis, ...]) -> list[Point]:
+def points_of(text: str, axes: tuple[Axis, ...]) -> list[Case]:
     return list(Points(text, "case.toml", "case", axes).checked())
 
 
@@ -85,11 +85,12 @@ def test_what_is_no_axis(text: str, case: Path, tmp_path: Path) -> None:
 
 def test_the_last_axis_varies_fastest_and_names_follow_the_numbers() -> None:
     axes = parse_axes(["load.normal_N=10,20", "rolling.speed_m_s=1:3:3"])
-    points = points_of(THERMAL, axes)
-    assert [point.values for point in points] == [(10, 1), (10, 2), (10, 3), (20, 1), (20, 2), (20, 3)]
-    assert [point.name for point in points] == [f"case_{number:04d}" for number in range(1, 7)]
-    assert [(p.problem.normal_force, p.problem.motion.speed) for p in points] == [p.values for p in points]
-    assert len({point.key for point in points}) == len(points)
+    points, cases = Points(THERMAL, "case.toml", "case", axes), points_of(THERMAL, axes)
+    values = [points.values(number) for number in range(1, 7)]
+    assert values == [(10, 1), (10, 2), (10, 3), (20, 1), (20, 2), (20, 3)]
+    assert [points.name(number) for number in range(1, 7)] == [f"case_{number:04d}" for number in range(1, 7)]
+    assert [(p.problem.normal_force, p.problem.motion.speed) for p in cases] == values
+    assert len({key_of(case) for case in cases}) == points.count == len(cases)
 
 
 def test_a_key_may_be_missing_in_the_case_and_a_force_replaces_its_creepage() -> None:
@@ -105,7 +106,7 @@ def test_a_key_may_be_missing_in_the_case_and_a_force_replaces_its_creepage() ->
 def test_pictures_do_not_make_another_case() -> None:
     axes = parse_axes(["load.normal_N=1"])
     first, second, third = (
-        points_of(text, axes)[0].key
+        key_of(points_of(text, axes)[0])
         for text in (MECHANICAL, MECHANICAL + "[output]\nplots = false\n", MECHANICAL.replace("0.28", "0.29"))
     )
     assert first == second != third

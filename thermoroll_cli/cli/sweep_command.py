@@ -122,7 +122,7 @@ def _check(sweep: Sweep, case: Path, *, as_json: bool, quiet: bool) -> None:
 
 def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
     """The rows of all points, reported as they are solved, and how many did not converge."""
-    progress, title = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose), sweep.points.point(1).problem.title
+    progress, title = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose), sweep.points.case(1).settings.title
     failures = printed = 0
     waiting: dict[int, Row] = {}
 
@@ -160,7 +160,7 @@ def _draw(
     """The picture in each of the file types of `paths`, or why there is none."""
     from thermoroll_cli.sweeps.table_picture import draw_table
 
-    table = columns_of(rows, rows.points.point(1).problem.title)
+    table = columns_of(rows, rows.points.case(1).settings.title)
     try:
         why_not = next(filter(None, (draw_table(table, path, compare=theories, measured=measured) for path in paths)), "")
     except ValueError as cause:

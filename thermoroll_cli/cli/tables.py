@@ -168,7 +168,7 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     at all points is shown once.
     """
     summaries, swept = [row.summary for row in rows], [axis.key for axis in points.axes]
-    problems = [points.point(row.number).problem.contact for row in rows]
+    problems = [points.case(row.number).task.contact for row in rows]
     drawn = (*(name for names in DIAGRAMS.values() for name in names), *OVER_LIMIT)
     given = {name for name, scalar in ALL_SCALARS.items() if all(holds(scalar.given, problem) for problem in problems)}
     values = {name: finite(name, summaries) for name in drawn if name not in given and worth_showing(name, summaries, swept)}

@@ -39,91 +39,22 @@ need up to ten times the usual number; conduction in partial slip at Péclet num
 
 
 @dataclass(frozen=True)
-class Partition:
-    """`heat` as it divides; `mismatch` is the largest difference of both surface temperatures (bulk included) inside the
-    contact, relative to the largest rise or difference of bulk temperatures; `applications` are those of
+class Heat:
+    """Frictional heat as it goes `into` each body, and the bodies' `response`. `conducts` says whether heat also flows between
+    the bodies without friction. Of a matched partition, `mismatch` is the largest difference of both surface temperatures (bulk
+    included) inside the contact, relative to the largest rise or difference of bulk temperatures; `applications` are those of
     `temperature_difference`."""
 
-    heat: DividedHeat
-    mismatch: float
-    applications: int
-
-    @property
-    def converged(self) -> bool:
-        return self.mismatch <= 10.0 * MISMATCH_TOLERANCE
-
-
-def match(
-    response: ThermalResponse, flux: Array, covered: Array | Mask, bulk_difference: float = 0.0,
-    slope: Array | None = None, start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE,
-) -> Partition:
-    """Divide the frictional heat `flux` (W/m², (nx, ny), `slope` as in `DividedHeat`) so that both surfaces are equally warm on
-    the contact, which has the part `covered` of each element.
-
-    `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` the exchanged flux of a
-    similar state (W/m², (nx, ny)), if known, `tolerance` that of the mismatch. The equation is solved for the correction of an
-    even division by GMRES, preconditioned with the inverse of the padded, periodic operator, and with 1/κ for parts that are
-    not covered: 4 to 7 applications for 1e-4 at any grid and any Péclet numbers, fewer from a start. If both bodies respond
-    alike nothing is solved.
-    """
-    share = response.matched_share
-    if share is not None and bulk_difference == 0.0:
-        return Partition(DividedHeat(flux, share, slope=slope), 0.0, 0)
-    share = response.likely_share
-    even, contact = DividedHeat(flux, share, slope=slope), covered > 0.0
-    if not contact.any() or not (flux.any() or bulk_difference):
-        return Partition(even, 0.0, 0)
-    known = np.zeros(contact.shape) if start is None else np.where(contact, start, 0.0)
-    lower, upper = response.temperatures(even if start is None else replace(even, exchanged=known))
-    peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), abs(bulk_difference))
-    convolution, symbol = response.difference_symbol()
-    part, own = covered[contact].astype(float), convolution.own(symbol)
-
-    def gap(exchange: Vector) -> Vector:
-        return part * response.temperature_difference(_on_grid(exchange, contact))[contact] + (1.0 - part) * own * exchange
-
-    inverse, root = 1.0 / symbol, np.sqrt(part)
-
-    def precondition(residual: Vector) -> Vector:
-        hat = convolution.forward(_on_grid(root * residual, contact))
-        hat *= inverse
-        return root * convolution.inverse(hat)[contact] + (1.0 - part) / own * residual
-
-    exchange = known[contact]
-    mismatch = part * ((upper - lower)[contact] + bulk_difference) - (1.0 - part) * own * exchange
-    applications = 0
-    while applications < MOST_APPLICATIONS and np.abs(mismatch).max() > tolerance * peak:
-        # GMRES reduces the root mean square; the mismatch is a maximum, a few times larger, and may need a second pass.
-        wanted = 0.2 * tolerance * peak * np.sqrt(mismatch.size) / float(np.linalg.norm(mismatch))
-        solution = gmres(gap, lambda _, image: image.copy(), precondition, mismatch, min(wanted, 0.1),
-                         min(RESTART_AFTER, MOST_APPLICATIONS - applications))
-        applications += solution.iterations
-        exchange += solution.step
-        mismatch = mismatch - solution.image
-    heat = replace(even, exchanged=_on_grid(exchange, contact))
-    return Partition(heat, float(np.abs(mismatch).max()) / peak, applications)
-
-
-def _on_grid(values: Vector, contact: Mask) -> Array:
-    field = np.zeros(contact.shape)
-    field[contact] = values
-    return field
-
-
-@dataclass(frozen=True)
-class Heat:
-    """Frictional heat `flux` q (W/m², (nx, ny)), the part of it that enters each body, and the bodies' `response`. `conducts`
-    says whether heat also flows between the bodies without friction."""
-
-    flux: Array
-    partition: Partition
+    into: DividedHeat
     response: ThermalResponse
     conducts: bool = False
+    mismatch: float = 0.0
+    applications: int = 0
 
     @property
-    def into(self) -> DividedHeat:
-        """Heat flux into each body."""
-        return self.partition.heat
+    def flux(self) -> Array:
+        """q in W/m², (nx, ny)."""
+        return self.into.total
 
     @property
     def is_zero(self) -> bool:
@@ -163,6 +94,63 @@ class Heat:
         return (None, None) if interface_temperatures is None else interface_temperatures(self.into)
 
 
+def match(
+    response: ThermalResponse, flux: Array, covered: Array | Mask, bulk_difference: float = 0.0,
+    slope: Array | None = None, start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE,
+) -> Heat:
+    """Divide the frictional heat `flux` (W/m², (nx, ny), `slope` as in `DividedHeat`) so that both surfaces are equally warm on
+    the contact, which has the part `covered` of each element.
+
+    `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` the exchanged flux of a
+    similar state (W/m², (nx, ny)), if known, `tolerance` that of the mismatch. The equation is solved for the correction of an
+    even division by GMRES, preconditioned with the inverse of the padded, periodic operator, and with 1/κ for parts that are
+    not covered: 4 to 7 applications for 1e-4 at any grid and any Péclet numbers, fewer from a start. If both bodies respond
+    alike nothing is solved.
+    """
+    share = response.matched_share
+    if share is not None and bulk_difference == 0.0:
+        return Heat(DividedHeat(flux, share, slope=slope), response)
+    share = response.likely_share
+    even, contact = DividedHeat(flux, share, slope=slope), covered > 0.0
+    if not contact.any() or not (flux.any() or bulk_difference):
+        return Heat(even, response, bulk_difference != 0.0)
+    known = np.zeros(contact.shape) if start is None else np.where(contact, start, 0.0)
+    lower, upper = response.temperatures(even if start is None else replace(even, exchanged=known))
+    peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), abs(bulk_difference))
+    convolution, symbol = response.difference_symbol()
+    part, own = covered[contact].astype(float), convolution.own(symbol)
+
+    def gap(exchange: Vector) -> Vector:
+        return part * response.temperature_difference(_on_grid(exchange, contact))[contact] + (1.0 - part) * own * exchange
+
+    inverse, root = 1.0 / symbol, np.sqrt(part)
+
+    def precondition(residual: Vector) -> Vector:
+        hat = convolution.forward(_on_grid(root * residual, contact))
+        hat *= inverse
+        return root * convolution.inverse(hat)[contact] + (1.0 - part) / own * residual
+
+    exchange = known[contact]
+    mismatch = part * ((upper - lower)[contact] + bulk_difference) - (1.0 - part) * own * exchange
+    applications = 0
+    while applications < MOST_APPLICATIONS and np.abs(mismatch).max() > tolerance * peak:
+        # GMRES reduces the root mean square; the mismatch is a maximum, a few times larger, and may need a second pass.
+        wanted = 0.2 * tolerance * peak * np.sqrt(mismatch.size) / float(np.linalg.norm(mismatch))
+        solution = gmres(gap, lambda _, image: image.copy(), precondition, mismatch, min(wanted, 0.1),
+                         min(RESTART_AFTER, MOST_APPLICATIONS - applications))
+        applications += solution.iterations
+        exchange += solution.step
+        mismatch = mismatch - solution.image
+    return Heat(replace(even, exchanged=_on_grid(exchange, contact)), response, bulk_difference != 0.0,
+                float(np.abs(mismatch).max()) / peak, applications)
+
+
+def _on_grid(values: Vector, contact: Mask) -> Array:
+    field = np.zeros(contact.shape)
+    field[contact] = values
+    return field
+
+
 def divide(
     heating: Heating, response: ThermalResponse, flux: Array, covered: Array | Mask, slope: Array | None = None,
     start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE,
@@ -170,9 +158,8 @@ def divide(
     """Divide the frictional heat `flux`, which changes by `slope` along x through each element, between the bodies, as
     `heating.partition` says; `covered`, `start` and `tolerance` as in `match`."""
     if heating.partition == "matched":
-        return Heat(flux, match(response, flux, covered, heating.bulk_difference, slope, start, tolerance), response,
-                    heating.conducts)
-    return Heat(flux, Partition(DividedHeat(flux, heating.partition, slope=slope), 0.0, 0), response)
+        return match(response, flux, covered, heating.bulk_difference, slope, start, tolerance)
+    return Heat(DividedHeat(flux, heating.partition, slope=slope), response)
 
 
 def account(heat: Heat) -> dict[str, dict[str, float]]:
@@ -181,5 +168,5 @@ def account(heat: Heat) -> dict[str, dict[str, float]]:
     if isinstance(heat.response, SlidingHeatResponse):
         result["sliding"] = heat.response.report()
     if heat.into.exchanged is not None:
-        result["partition"] = {"applications": heat.partition.applications, "mismatch": heat.partition.mismatch}
+        result["partition"] = {"applications": heat.applications, "mismatch": heat.mismatch}
     return result

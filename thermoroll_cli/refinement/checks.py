@@ -181,7 +181,7 @@ def _state_failures(level: Level) -> list[str]:
         share = heat / tangential.work if tangential.work else np.inf
         reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
     if problem.heating.heat and problem.heating.partition == "matched":
-        mismatch = discretisation.heat(contact).partition.mismatch
+        mismatch = discretisation.heat(contact).mismatch
         if mismatch > LOCAL_ERROR:
             reasons.append(f"temperatures of both surfaces differ by {mismatch:.1e} of their peak")
     bodies = heated_bodies(problem, *tangential.creepage) if problem.heating.recirculates else ()

@@ -25,7 +25,6 @@ from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source,
 from thermoroll_cli.files.csv_table import read_columns
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.process import safe_point
-from thermoroll_cli.python_api import Task
 from thermoroll_cli.refinement.plan import leaves_out_deformation
 
 Value = bool | int | float | str
@@ -146,24 +145,11 @@ def _number(text: str, written: str) -> int | float:
     raise ValueError(f'"{text}": "{written.strip()}" is not a number')
 
 
-@dataclass(frozen=True)
-class Point:
-    """One point: its `number` (from 1) in the sweep, its `name`, the swept `values`, and the case."""
-
-    number: int
-    name: str
-    values: tuple[Value, ...]
-    problem: Task
-    case_text: str
-    case_json: str
-    plots: bool
-
-    @property
-    def key(self) -> str:
-        """Identifies the resolved case: everything that enters the result, in whatever order it is written."""
-        content = json.loads(self.case_json)
-        content.pop("output", None)
-        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
+def key_of(case: Case) -> str:
+    """Identifies a resolved case: everything that enters the result, in whatever order it is written."""
+    content = json.loads(case.to_json())
+    content.pop("output", None)
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
 
 
 @dataclass(frozen=True)
@@ -204,20 +190,19 @@ class Points:
     def name(self, number: int) -> str:
         return f"{self.stem}_{number:0{max(4, len(str(self.count)))}d}"
 
-    def point(self, number: int) -> Point:
-        """The checked point `number`. Raises CaseError, which names `origin` where a swept value is wrong."""
-        values = self.values(number)
-        swept = [Override(a.path, v, f"{a.key}={_written(v)}", self.origin) for a, v in zip(self.axes, values, strict=True)]
-        case = Case.from_source(_parsed(self.text, self.source).overridden([*self.settings, *swept]), self.source)
-        return Point(number, self.name(number), values, case.task, case.text, case.to_json(), case.plots)
+    def case(self, number: int) -> Case:
+        """The case of the point `number`. Raises CaseError, which names `origin` where a swept value is wrong."""
+        swept = [Override(axis.path, value, f"{axis.key}={_written(value)}", self.origin)
+                 for axis, value in zip(self.axes, self.values(number), strict=True)]
+        return Case.from_source(_parsed(self.text, self.source).overridden([*self.settings, *swept]), self.source)
 
-    def checked(self) -> Iterator[Point]:
-        """All points. Raises CaseError at the end, with the errors of all of them, each once."""
+    def checked(self) -> Iterator[Case]:
+        """The cases of all points. Raises CaseError at the end, with the errors of all of them, each once."""
         findings: dict[tuple[str, str, str], Finding] = {}
         for number in range(1, self.count + 1):
             safe_point()
             try:
-                yield self.point(number)
+                yield self.case(number)
             except CaseError as cause:
                 # A wrong key is wrong at every point.
                 new = ((f.key, f.message, f.value) for f in cause.findings)
@@ -248,7 +233,7 @@ class Points:
         for number in itertools.islice(self.extremes(), MOST_EXTREMES):
             safe_point()
             with contextlib.suppress(CaseError, ValueError):
-                problem = self.point(number).problem
+                problem = self.case(number).task
                 if isinstance(problem, Problem):
                     left_out.add(leaves_out_deformation(problem))
         return replace(self, settings=(*self.settings, decision)) if {True, False} <= left_out else self

@@ -18,7 +18,7 @@ from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_r
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.python_api import Solver, Task
-from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value
+from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value, key_of
 from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of
 from thermoroll_cli.sweeps.table_files import write_csv, write_hdf5
 from thermoroll_cli.tasks.journal import Journal, Record
@@ -69,8 +69,8 @@ class Batch:
         pending = {one.number: one for one in self.pending}
         solver = Solver(self.threads)
         for number in range(self.numbers.start, self.pending[-1].number + 1):
-            point = self.points.point(number)
-            result, reason = _attempt(solver, point.problem)
+            case = self.points.case(number)
+            result, reason = _attempt(solver, case.task)
             if result is None:
                 # The state left by an exception is no start for the next point.
                 solver = Solver(self.threads)
@@ -80,7 +80,7 @@ class Batch:
             if result is None:
                 yield self._record(one, failed_summary(reason), solved=False), b""
                 continue
-            image = file_image(result.with_case(point.case_text, point.case_json), self.command_line) if one.file else b""
+            image = file_image(result.with_case(case.text, case.to_json()), self.command_line) if one.file else b""
             yield self._record(one, summary_of(result)), image
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
@@ -115,7 +115,7 @@ def summaries(points: Points, numbers: range) -> list[dict[str, Any] | str]:
     for number in numbers:
         safe_point()
         try:
-            result, reason = _attempt(solver, points.point(number).problem)
+            result, reason = _attempt(solver, points.case(number).task)
         except CaseError as cause:
             result, reason = None, "; ".join(finding.message for finding in cause.findings)
         found.append(reason if result is None else summary_of(result))
@@ -146,9 +146,9 @@ class Sweep:
             note(f"checking {self.points.count} points")
         self.points = self.points.with_one_decision()
         self._keys = []
-        for point in self.points.checked():
-            self._keys.append(point.key)
-            self.plots = point.plots
+        for case in self.points.checked():
+            self._keys.append(key_of(case))
+            self.plots = case.plots
 
     def run(self, *, report: Callable[[Row, bool], None], note: Callable[[str], None]) -> Rows:
         """Solve the points, write a result file for each unless `scalars_only`, and the tables, and return the rows.

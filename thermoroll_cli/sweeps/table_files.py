@@ -67,7 +67,7 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
               "keys": json.dumps(table.keys)}
 
     def fill(file: h5py.File) -> None:
-        stamp(file, FORMAT_VERSION, kind=KIND, title=points.point(1).problem.title, command_line=command_line)
+        stamp(file, FORMAT_VERSION, kind=KIND, title=points.case(1).settings.title, command_line=command_line)
         for name, text in inputs.items():
             create(file, f"input/{name}", fixed_text(text))
         scales = [dimension_scale(file, key, values, **attributes_of(key, table.keys)) for key, values in coordinates.items()]
