@@ -20,7 +20,7 @@ def heated(heat, grid):
     """Solver of the exact case on a grid: full sliding, sources at rest, `heat` W; with its Hertz pressure."""
     problem = rolling(grid=grid, friction=1e-4, creepage=(1.0, 0.0), heating=Heating(peclet="stationary"))
     discretisation = Discretisation(DerivedQuantities(problem), (grid, grid), 2.2)
-    response = discretisation.heat_response((1.0, 0.0), np.zeros((2, grid, grid)))
+    response = discretisation.responses.response(discretisation.derived, (1.0, 0.0), np.zeros((2, grid, grid)))
 
     def expand(pressure, contact):
         return response.displacement(DividedHeat(heat / problem.normal_force * pressure, 0.5))

@@ -10,7 +10,6 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.frictional_heat import MISMATCH_TOLERANCE, Heat, divide
-from thermoroll_cli.heat.heat_response import ThermalResponse
 from thermoroll_cli.numerics.grid import Domain, Grid
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
 from thermoroll_cli.rolling.rolling_gradient import RollingOptions
@@ -89,9 +88,11 @@ class Discretisation:
         self.responses = HeatResponses(self.grid, None if before is None else before.responses.tables)
 
     def has_kernels_of(self, derived: DerivedQuantities) -> bool:
-        """True if the solvers also serve another problem on this grid: same bodies, same contact without heat."""
-        return (_same_contact(self.derived, derived) and self.derived.shear_compliance == derived.shear_compliance
-                and self.derived.coupling_constant == derived.coupling_constant)
+        """True if the solvers also serve another problem on this grid: the same bodies and gap, pressed together in the same
+        way to the same isothermal pressure."""
+        one, other = ((of.problem.approach is None, of.problem.geometry, of.scales, of.problem.contact_modulus, of.coatings,
+                       of.relaxing, of.shear_compliance, of.coupling_constant) for of in (self.derived, derived))
+        return one == other
 
     @property
     def isothermal_pressure(self) -> Pressure:
@@ -127,31 +128,15 @@ class Discretisation:
         return Traction(zero, slip, normal.contact & (not sliding), (motion.creepage_x or 0.0, motion.creepage_y or 0.0),
                         heat=zero[0], heat_slope=zero[0], work=0.0)
 
-    def heat_response(self, creepage: tuple[float, float], slip: Array) -> ThermalResponse:
-        """Thermal response of both bodies at the given creepages and `slip` s/V (2, nx, ny)."""
-        return self.responses.response(self.derived, creepage, slip)
-
-    def heat_flux(self, tangential: Traction) -> Array:
-        """Frictional heat flux q in W/m², (nx, ny)."""
-        return self.derived.problem.motion.speed * tangential.heat
-
     def heat(self, contact: Contact, tolerance: float = MISMATCH_TOLERANCE) -> Heat:
         """The heat of a state, divided between the bodies to `tolerance`. It is kept as long as the tractions that make it, and
         serves again if it was solved to no more than ten times that."""
         tangential = contact.tangential
         solved_to, known = self._heats.get(tangential, (math.inf, None))
         if known is None or solved_to > 10.0 * tolerance:
-            response = self.heat_response(tangential.creepage, tangential.slip)
-            heating, covered = self.derived.problem.heating, contact.normal.covered
-            slope = self.derived.problem.motion.speed * tangential.heat_slope
-            known = divide(heating, response, self.heat_flux(tangential), covered, slope, self._exchanged, tolerance)
+            response = self.responses.response(self.derived, tangential.creepage, tangential.slip)
+            heating, speed = self.derived.problem.heating, self.derived.problem.motion.speed
+            known = divide(heating, response, speed * tangential.heat, contact.normal.covered, speed * tangential.heat_slope,
+                           self._exchanged, tolerance)
             self._heats[tangential], self._exchanged = (tolerance, known), known.into.exchanged
         return known
-
-
-def _same_contact(one: DerivedQuantities, other: DerivedQuantities) -> bool:
-    """True if two problems have the same gap and the same isothermal pressure, and are pressed together in the same way."""
-    return ((one.problem.approach is None) == (other.problem.approach is None)
-            and one.problem.geometry == other.problem.geometry and one.scales == other.scales
-            and one.problem.contact_modulus == other.problem.contact_modulus and one.coatings == other.coatings
-            and one.relaxing == other.relaxing)

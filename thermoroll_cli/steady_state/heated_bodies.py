@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +16,7 @@ from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, KeptTabl
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Material, Problem, ReturningTrack
+from thermoroll_cli.problem.problem import BODIES, Material, Problem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 LEAST_SPEED = 1e-2
@@ -66,17 +65,13 @@ def rollers(problem: Problem, creepage_x: float) -> tuple[Roller | None, Roller 
     """Lower and upper body as they turn and cool, None for one without recirculating heat.
 
     A body that iterates stop or turn backwards still turns at `LEAST_SPEED` of the rolling speed; no solution may."""
-    heating, geometry, slowest = problem.heating, problem.geometry, LEAST_SPEED * problem.motion.speed
-    lower, upper = (replace(body, speed_x=max(body.speed_x, slowest)) for body in heated_bodies(problem, creepage_x, 0.0))
-    return (_roller(heating.lower_track, geometry.lower_radius_x, lower, problem.lower),
-            _roller(heating.upper_track, geometry.upper_radius_x, upper, problem.upper))
-
-
-def _roller(track: ReturningTrack | None, radius: float, heated: HeatedBody, body: Material) -> Roller | None:
-    if track is None:
-        return None
-    return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,
-                  heated.free_expansion, body.poisson_ratio, track.convection, track.resistance, radius < 0.0)
+    slowest, both = LEAST_SPEED * problem.motion.speed, []
+    for body, heated in zip(BODIES, heated_bodies(problem, creepage_x, 0.0), strict=True):
+        track, radius = getattr(problem.heating, f"{body}_track"), getattr(problem.geometry, f"{body}_radius_x")
+        both.append(None if track is None else Roller(
+            abs(radius), track.width, track.passes, max(heated.speed_x, slowest), heated.conductivity, heated.diffusivity,
+            heated.free_expansion, getattr(problem, body).poisson_ratio, track.convection, track.resistance, radius < 0.0))
+    return both[0], both[1]
 
 
 def crown_matters(derived: DerivedQuantities) -> bool:

@@ -186,7 +186,7 @@ def reported_state(discretisation: Discretisation, contact: Contact, *, heated: 
         expansion = expansion_in(discretisation, discretisation.heat(contact), contact)
     normal, tangential, speed = contact.normal, contact.tangential, problem.motion.speed
     inside = normal.contact
-    flux = discretisation.heat_flux(tangential)
+    flux = speed * tangential.heat
     fields: dict[str, AnyArray] = {
         "pressure": normal.pressure,
         "shear_x": tangential.traction[0],

@@ -244,6 +244,7 @@ class _Model:
         for start in range(0, len(rows), count):
             here = [outcomes[tuple(each)] for each in rows[start : start + count]]
             names, values = list(self.measured.values), np.full((2, len(self.measured.values), count), math.nan)
+            reasons = [one if isinstance(one, str) else one["reason"] for one in here]
             for place, summary in enumerate(here):
                 if isinstance(summary, str):
                     continue
@@ -253,7 +254,9 @@ class _Model:
                     values[0, k, place] = scalar_in(name, summary, load)
                     error = absolute_error(OVER_LOAD.get(name, name), summary) / (load if name in OVER_LOAD else 1.0)
                     values[1, k, place] = error
-            outcome.append((values[0], values[1], [one if isinstance(one, str) else one["reason"] for one in here]))
+                    if math.isnan(values[0, k, place]):
+                        reasons[place] = reasons[place] or f"{name} is not computed in this case"
+            outcome.append((values[0], values[1], reasons))
         return outcome
 
     def one(self, vector: Array) -> tuple[Array, Array, list[str]]:
@@ -270,7 +273,7 @@ class _Model:
     def residuals(self, vector: Array) -> Array:
         """(computed − measured)/σ, (scalars · points,); inf, from which the step is shortened, without a steady state."""
         computed, _, reasons = self.one(vector)
-        if any(reasons) or not np.isfinite(computed).all():
+        if any(reasons):
             return np.full(computed.size, math.inf)
         return np.asarray((computed - np.array(list(self.measured.values.values()))) * self.weights).ravel()
 
@@ -369,11 +372,7 @@ def _coarser(case: Case) -> tuple[Override, ...]:
 def _with_steady_points(model: _Model, vector: Array, *, skip: bool) -> tuple[_Model, list[str]]:
     """The model of the points that have a steady state, and a warning that names the others. Raises ValueError for one without,
     unless they are to be left out."""
-    computed, _, reasons = model.one(vector)
-    missing = [next((name for name, value in zip(model.measured.values, column, strict=True) if math.isnan(value)), "")
-               for column in computed.T]
-    reasons = [reason or (f"{name} is not computed in this case" if name else "")
-               for reason, name in zip(reasons, missing, strict=True)]
+    _, _, reasons = model.one(vector)
     failed = [number for number, reason in enumerate(reasons) if reason]
     if not failed:
         return model, []

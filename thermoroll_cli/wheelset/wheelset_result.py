@@ -186,14 +186,10 @@ class _Whole:
     shared: SharedErrors
     contacts: Mapping[SideName, Sequence[Result]]
 
-    @property
-    def patches(self) -> tuple[SolvedPatch, ...]:
-        return self.solved.patches
-
     def forces(self, side: SideName) -> Array:
         """Force on a rail in N, in track axes."""
         mirror = np.array([1.0, sign_of(side), 1.0])
-        return sum((mirror * patch.force for patch in self.patches if patch.side == side), np.zeros(3))
+        return sum((mirror * patch.force for patch in self.solved.patches if patch.side == side), np.zeros(3))
 
     @cached_property
     def scalars(self) -> dict[str, float]:
@@ -213,7 +209,7 @@ class _Whole:
         scalars |= {name: value for name, (value, _) in self.together.items()}
         scalars["temperature_rise_max_K"] = max((scalars[f"temperature_rise_max_{body}_K"] for body in BODIES
                                                  if f"temperature_rise_max_{body}_K" in scalars), default=math.nan)
-        heat, power = scalars["Q_F_W"], sum(patch.power for patch in self.patches)
+        heat, power = scalars["Q_F_W"], sum(patch.power for patch in self.solved.patches)
         return scalars | {"power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0}
 
     @cached_property
@@ -236,7 +232,8 @@ class _Whole:
 
     def largest(self, side: SideName) -> SolvedPatch | None:
         """The patch with the largest load of a side."""
-        return max((patch for patch in self.patches if patch.side == side), key=lambda patch: patch.bearing.load, default=None)
+        mine = (patch for patch in self.solved.patches if patch.side == side)
+        return max(mine, key=lambda patch: patch.bearing.load, default=None)
 
     @property
     def unbalanced(self) -> Iterator[str]:
@@ -256,7 +253,7 @@ class _Whole:
         """Errors of the forces on the rails over the vertical one. A vertical force that is given has none."""
         problem, vertical = self.solved.problem, max(abs(self.scalars["track_force_z_N"]), 1e-300)
         of_patches = [(patch.side, patch.force_errors(load))
-                      for patch, load in zip(self.patches, self.shared.loads, strict=True)]
+                      for patch, load in zip(self.solved.patches, self.shared.loads, strict=True)]
         of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3)) / vertical
                     for side in problem.sides}  # fmt: skip
         errors = of_sides | {"": sum(of_sides.values(), np.zeros(3))}
@@ -269,7 +266,7 @@ class _Whole:
         """Errors of the scalars: of forces over the vertical one, of the height over the largest approach, of lateral over
         vertical forces as they are, of others as of a contact. What is given, or not there, has none."""
         solved, scalars = self.solved, self.scalars
-        if not self.patches:
+        if not self.solved.patches:
             return {}
         errors = self.force_errors
         if solved.problem.vertical is not None:
