@@ -21,7 +21,7 @@ FOLDER = ROOT / "tests" / "reference" / "wheelset"
 def outline_points(name: str) -> Points:
     """The profile `name` in m."""
     path = FOLDER / name if (FOLDER / name).exists() else ROOT / "cases" / name
-    return tuple((1e-3 * y, 1e-3 * z) for y, z in read_outline(path).points)
+    return tuple((1e-3 * y, 1e-3 * z) for y, z in read_outline(path).content)
 
 
 @cache

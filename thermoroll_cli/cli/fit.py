@@ -81,7 +81,12 @@ def fit(
     if as_json:
         streams.write_json({"name": read.name, **found.record(), "files": files})
     elif not quiet:
-        streams.write(*_report(read.name, found), f"  wrote {', '.join(map(str, files))}")
+        width, state = streams.width(), "converged" if found.converged else "NOT CONVERGED"
+        warnings = [line for text in found.warnings for line in folded(f"warning: {text}", width)]
+        streams.write(
+            f"{read.name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
+            *align([("value", "± 95 %", ""), *_values(found)]), *streams.in_colour(warnings, streams.YELLOW),
+            f"  wrote {', '.join(map(str, files))}")
     if not found.converged:
         streams.note(f"thermoroll: {read.name}: the fit did not converge: {found.reason}")
     raise typer.Exit(ExitCode.FINE if found.converged else ExitCode.NOT_CONVERGED)
@@ -92,11 +97,3 @@ def _values(found: fitting.Fit) -> list[tuple[str, str, str]]:
     values = [(key, with_error(one.value, one.uncertainty_95) if math.isfinite(one.uncertainty_95) else
                f"{one.value:.4g} (not determined)", unit_of(key)) for key, one in found.parameters.items()]
     return values + [(f"rms of {scalar}", f"{value:.4g}", unit_of(scalar)) for scalar, value in found.rms.items()]
-
-
-def _report(name: str, found: fitting.Fit) -> list[str]:
-    width = streams.width()
-    state = "converged" if found.converged else "NOT CONVERGED"
-    return [f"{name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
-            *align([("value", "± 95 %", ""), *_values(found)]),
-            *streams.in_colour([line for text in found.warnings for line in folded(f"warning: {text}", width)], streams.YELLOW)]

@@ -15,7 +15,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.cli.tables import assembly_tables, folded, scalar_table
+from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.files.result.hdf5 import read_result, write_result
 from thermoroll_cli.problem.names import ALL_SCALARS
@@ -179,14 +179,14 @@ def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"
     both = result.isothermal is not result.coupled
+    single, sides, patches = assembly_rows(result, names, verbose=verbose) if result.assembly else (names, [], [])
     # A reason says already why a state on one grid alone has none.
     without = result.converged and not result.assembly and all(error != error for error in result.error.values())
     head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
     warnings = [line for warning in result.warnings for line in folded(f"warning: {warning}", width)]
     return [
         *(head if result.converged else streams.in_colour([*head, *folded(result.reason, width)], streams.RED)),
-        *(assembly_tables(result, names, verbose=verbose, width=width) if result.assembly else
-          scalar_table(summary, names, both=both, width=width)),
+        *scalar_table(summary, single, both=both, width=width), *align(sides), *align(patches),
         *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
                  f"{2 * COARSEST} or more", width) if without else ()),
         *streams.in_colour(warnings, streams.YELLOW),

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import typer
-
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align, folded, with_remarks
-from thermoroll_cli.files.case import Case, CaseError, shown
+from thermoroll_cli.files.case import Case, shown
 from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.files.relaxation_file import series_words
 from thermoroll_cli.problem.names import ALL_SCALARS
@@ -50,18 +48,12 @@ def show(
     Inputs in the units of their keys and in SI, how profile files were read, Hertz and Péclet numbers, saturation
     creepage, and the plan: stages that run, stages that are skipped and why, expected memory and time.
     """
-    try:
-        read = options.read_case(case, options.parse_overrides(settings))
-        with options.solvable(read, str(case)):
-            task = read.task
-            kind = KINDS[type(task)]
-            plan = None if kind.plan is None else kind.plan(task)
-            facts, warnings = (kind.facts(task), list(kind.warnings(task))) if plan is None else (
-                plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)])
-    except CaseError as invalid:
-        if as_json:
-            streams.write_json(options.invalid_record(str(case), invalid))
-        raise typer.Exit(streams.report_invalid([invalid], "")) from None
+    read, task = options.read_task(case, settings, as_json=as_json)
+    kind = KINDS[type(task)]
+    with options.recorded(case, as_json), options.solvable(read, str(case)):
+        plan = None if kind.plan is None else kind.plan(task)
+        facts, warnings = (kind.facts(task), list(kind.warnings(task))) if plan is None else (
+            plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)])
     if as_json:
         inputs = {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in read.inputs}
         planned = {} if plan is None else {

@@ -66,15 +66,6 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
     return with_remarks([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)], width)
 
 
-def assembly_tables(result: Result, names: Sequence[str], *, verbose: bool, width: int) -> Iterator[str]:
-    """Lines of three tables of an assembly: scalars of the whole among `names`, those of both sides beside each other, and
-    those of its patches."""
-    single, sides, patches = assembly_rows(result, names, verbose=verbose)
-    yield from scalar_table(result.summary(), single, both=False, width=width)
-    yield from align(sides)
-    yield from align(patches)
-
-
 def assembly_rows(
     result: Result, names: Sequence[str], *, verbose: bool
 ) -> tuple[list[str], list[tuple[str, ...]], list[tuple[str, ...]]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -18,9 +18,6 @@ from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.worn.follow import Evolution
 from thermoroll_cli.worn.follow import wear as follow
 from thermoroll_cli.worn.steps import meaning_of
-
-if TYPE_CHECKING:
-    from thermoroll_cli.cli.report import Section
 
 
 def wear(
@@ -62,20 +59,27 @@ def wear(
 
         done = follow(read, output, resume=resume, jobs=jobs, threads=threads, report=report,
                       command_line=options.command_line())
-    files = [str(file) for file in done.files]
+    files, last, steps = [str(file) for file in done.files], done.rows[-1], len(done.rows) - 1
+    values = [(meaning_of(name), _text(last, name), name) for name in last if not name.endswith(ERROR)]
     if read.plots and not no_plots:
-        endings = options.image_formats(formats)
-        files += _drawn(done, output, endings)
+        files += _drawn(done, output, options.image_formats(formats))
     if written_report:
         from thermoroll_cli.cli import report as page
 
-        files.append(str(page.write(output / f"{read.name}_wear_report.html", [_section(done)])))
-    last, steps = done.rows[-1], len(done.rows) - 1
+        section = page.Section(
+            read.settings.title or read.name,
+            [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} steps."], done.reason,
+            tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in values],
+                               ("after the last step", "value", "unit", "name"), values=(1, 2), names=(3,))],
+            pictures=page.pictures_of(lambda folder, formats: _drawn(done, folder, formats)), case=read.text,
+            method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change by bounded "
+            "steps, and after each the contact is solved again.")  # fmt: skip
+        files.append(str(page.write(output / f"{read.name}_wear_report.html", [section])))
     if as_json:
         streams.write_json({"name": read.name, "status": "not_converged" if done.reason else "converged", "reason": done.reason,
                             "steps": steps, **last, "files": files})
     elif not quiet:
-        streams.write(*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in _last_rows(done)))
+        streams.write(*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in values))
         streams.write(f"  {steps} steps; wrote {', '.join(files)}")
     if done.reason:
         streams.note(f"thermoroll: {read.name}: {done.reason}")
@@ -85,26 +89,6 @@ def wear(
 def _text(row: Mapping[str, Any], name: str) -> str:
     """A value of a row with its error."""
     return with_error(row.get(name, math.nan), row.get(f"{name}{ERROR}", math.nan))
-
-
-def _last_rows(done: Evolution) -> list[tuple[str, str, str]]:
-    """Meaning, value with its error, and name of each column of the last step."""
-    return [(meaning_of(name), _text(done.rows[-1], name), name) for name in done.rows[-1] if not name.endswith(ERROR)]
-
-
-def _section(done: Evolution) -> Section:
-    """What a report says of an evolution."""
-    from thermoroll_cli.cli import report as page
-
-    steps, last = len(done.rows) - 1, done.rows[-1]
-    return page.Section(
-        done.case.settings.title or done.case.name,
-        [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} steps."], done.reason,
-        tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in _last_rows(done)],
-                           ("after the last step", "value", "unit", "name"), values=(1, 2), names=(3,))],
-        pictures=page.pictures_of(lambda folder, formats: _drawn(done, folder, formats)), case=done.case.text,
-        method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change by bounded steps, "
-        "and after each the contact is solved again.")  # fmt: skip
 
 
 def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]:

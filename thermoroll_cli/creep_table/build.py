@@ -14,7 +14,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.creep_force_table import Interpolant
 from thermoroll_cli.creep_table.point_solver import FORCES, QUANTITIES, STANDARD_ACCURACY, EllipseSolver
 from thermoroll_cli.creep_table.scaling import LAW
-from thermoroll_cli.creep_table.table_file import DEFAULT_POISSON, Axes, Quality, TableValues
+from thermoroll_cli.creep_table.table_file import Axes, Quality, TableValues
 from thermoroll_cli.tasks.journal import Journal, Record
 from thermoroll_cli.tasks.runner import Item, Workers, run
 
@@ -30,7 +30,7 @@ class TablePlan:
     """The table to be built, and the number of random points (`checks`) at which it is compared with the solver."""
 
     axes: Axes = field(default_factory=Axes)
-    poisson_ratio: float = DEFAULT_POISSON
+    poisson_ratio: float = 0.28
     accuracy: float = STANDARD_ACCURACY
     checks: int = 1000
 

@@ -24,7 +24,6 @@ LARGEST_MAGNITUDE = 1e4
 DEFAULT_ASPECTS = (0.05, 0.075, 0.11, 0.155, 0.21, 0.27, 0.33, 0.39, 0.455, 0.53, 0.615, 0.84, 1.0, 1.42, 2.2, 3.6, 5.0, 10.0,
                    20.0)
 """Closest where forces change most with a/b: around 1/2, where spin turns from hindering to helping the lateral force."""
-DEFAULT_POISSON = 0.28
 
 FORMAT_VERSION = 1
 KIND = "creep_force_table"

@@ -40,7 +40,7 @@ class Reading:
 
     Attributes:
 
-    - `points`: as the case has them, before its keys `mirror` and `smoothing_mm`;
+    - `content`: points as the case has them, before its keys `mirror` and `smoothing_mm`;
     - `format`: of the file, in words;
     - `unit`: of lengths in the file;
     - `in_file`: points of the file, of which those that fold back are left out of a profile;
@@ -50,7 +50,7 @@ class Reading:
     - `upwards`: whether the second coordinate is a height out of the body, and not z, down.
     """
 
-    points: Points
+    content: Points
     format: str
     unit: str = "mm"
     in_file: int = 0
@@ -60,19 +60,14 @@ class Reading:
     file: str = ""
     upwards: bool = False
 
-    @property
-    def content(self) -> Points:
-        """What the file stands for in the case."""
-        return self.points
-
     def record(self, *, mirror: bool, wheel: bool = False) -> dict[str, Any]:
         """What `show` says, with `mirror` of the case, of a `wheel` if the case says so."""
         sign = -1.0 if mirror else 1.0
-        y, z = sign * np.array(self.points)[:, 0], np.array(self.points)[:, 1]
+        y, z = sign * np.array(self.content)[:, 0], np.array(self.content)[:, 1]
         # A flange is the part furthest out of a wheel, which z and heights of wheels agree on.
         side = flange_side(np.stack((y, z), axis=1).tolist()) if wheel or self.wheel else 0
         return {
-            "file": self.file, "format": self.format, "unit": self.unit, "points": len(self.points),
+            "file": self.file, "format": self.format, "unit": self.unit, "points": len(self.content),
             "points_in_file": self.in_file, "y_mm": [float(y.min()), float(y.max())],
             ("height_mm" if self.upwards else "z_mm"): [float(z.min()), float(z.max())],
             "mirrored": self.mirrored != mirror, "turned": self.turned,
@@ -102,18 +97,18 @@ def reading_words(record: dict[str, Any]) -> str:
 def read_profile(path: str | os.PathLike[str]) -> Reading:
     """The profile in the file at `path`; its name's ending says which format it has. Raises TableError."""
     reading = _read(path)
-    points = reading.points
+    points = reading.content
     if reading.format != COLUMNS:
         out = 1.0 if reading.wheel else -1.0
         points = _in_order([[y, out * z] for y, z in points])
         reading = replace(reading, turned=reading.turned == reading.wheel)
-    return replace(reading, points=_enough(points, reading.file), upwards=True)
+    return replace(reading, content=_enough(points, reading.file), upwards=True)
 
 
 def read_outline(path: str | os.PathLike[str]) -> Reading:
     """The outline in the file at `path`, in the frame of railway profiles. Raises TableError."""
     reading = _read(path, ordered=False)
-    _enough(reading.points, reading.file)
+    _enough(reading.content, reading.file)
     return reading
 
 
@@ -130,7 +125,7 @@ def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
     else:
         points = _columns(lines, name)
         reading = Reading(_in_increasing_order(points, name) if ordered else list(points.values()), COLUMNS)
-    return replace(reading, file=name, in_file=len(reading.points))
+    return replace(reading, file=name, in_file=len(reading.content))
 
 
 def outline_fault(points: Sequence[Sequence[float]], *, wheel: bool) -> tuple[str, str]:

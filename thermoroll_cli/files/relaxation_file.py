@@ -21,7 +21,6 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, read_columns
-from thermoroll_cli.problem.relaxation import Series
 
 LEAST_SHARE = 1e-5
 """Shares below it are left out."""
@@ -30,28 +29,14 @@ UNITS = {"GPa": 1e9, "MPa": 1e6, "Pa": 1.0}
 
 @dataclass(frozen=True)
 class MeasuredSeries:
-    """The `series` (shares, times in s) of a `file` with a number of `frequencies` from `lowest` to `highest` (Hz), the
-    `modulus` (Pa) at once and the `relaxed` share that remains, and the `rms` of the relative deviations."""
+    """What a file of moduli stands for in a case, [share, time in s], and what `show` says of it."""
 
-    series: Series
-    file: str
-    frequencies: int
-    lowest: float
-    highest: float
-    modulus: float
-    relaxed: float
-    rms: float
-
-    @property
-    def content(self) -> list[list[float]]:
-        """What the file stands for in the case."""
-        return [list(pair) for pair in self.series]
+    content: list[list[float]]
+    shown: dict[str, Any]
 
     def record(self, **_: bool) -> dict[str, Any]:
         """What `show` says."""
-        return {"file": self.file, "frequencies": self.frequencies, "lowest_Hz": self.lowest, "highest_Hz": self.highest,
-                "times": len(self.series), "modulus_GPa": 1e-9 * self.modulus, "relaxed_share": self.relaxed,
-                "rms_deviation": self.rms}
+        return self.shown
 
 
 def series_words(record: dict[str, Any]) -> str:
@@ -79,13 +64,15 @@ def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
     if moduli[0] < LEAST_SHARE * modulus:
         raise TableError(f"{name}: at {frequency.min():g} Hz the body still relaxes, and no modulus is seen to remain",
                          "measure lower frequencies, or give relaxation = [[share, time], …]")
-    series = tuple((float(share), float(time)) for share, time in zip(shares, np.logspace(*ends, count), strict=True)
-                   if share > LEAST_SHARE)
+    series = [[float(share), float(time)] for share, time in zip(shares, np.logspace(*ends, count), strict=True)
+              if share > LEAST_SHARE]
     if not series:
         raise TableError(f"{name}: nothing relaxes between {frequency.min():g} and {frequency.max():g} Hz",
                          "leave relaxation_file out")
-    return MeasuredSeries(series, name, omega.size, float(frequency.min()), float(frequency.max()), modulus,
-                          float(moduli[0] / modulus), float(misfit) / math.sqrt(omega.size))
+    return MeasuredSeries(series, {
+        "file": name, "frequencies": omega.size, "lowest_Hz": float(frequency.min()), "highest_Hz": float(frequency.max()),
+        "times": len(series), "modulus_GPa": 1e-9 * modulus, "relaxed_share": float(moduli[0] / modulus),
+        "rms_deviation": float(misfit) / math.sqrt(omega.size)})
 
 
 def _columns(path: str | os.PathLike[str], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

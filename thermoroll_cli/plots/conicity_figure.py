@@ -17,11 +17,10 @@ from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, sign_of
 def draw_conicity(path: pathlib.Path, found: Conicity, title: str) -> pathlib.Path:
     """Write the picture to `path`. Raises OSError."""
     with style.applied():
-        return style.save(conicity_figure(found, title), path)
+        return style.save(_figure(found, title), path)
 
 
-def conicity_figure(found: Conicity, title: str) -> Figure:
-    """Difference of the rolling radii, conicity, and the places of both profiles that touch, connected."""
+def _figure(found: Conicity, title: str) -> Figure:
     figure = style.new_figure(style.DOUBLE, 0.78 * style.DOUBLE)
     (radii, conicity), profiles = figure.subplots(2, 2)
     shown = np.abs(found.shifts) <= found.amplitudes.max() + 1e-9

@@ -13,7 +13,7 @@ from thermoroll_cli.plots.cuts import centreline_figure, track_figure
 from thermoroll_cli.plots.maps import field_figure
 from thermoroll_cli.plots.profile_figures import profile_figure
 from thermoroll_cli.plots.run_frame import RunFrame, frame_of
-from thermoroll_cli.plots.style import FORMATS, applied, save
+from thermoroll_cli.plots.style import applied, save
 from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, strength_figure, subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.plots.wheelset_figures import friction_figure, patches_figure, section_figure
@@ -78,8 +78,6 @@ def draw(
     contact of an assembly (`STEM_left_1_pressure.png`). `dpi` is the resolution of PNG files. Raises ValueError for an unknown
     kind or format and for a cut outside the domain, OSError where a file cannot be written.
     """
-    if unknown := set(formats).difference(FORMATS):
-        raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {', '.join(sorted(unknown))!r}")
     kinds = kinds or kinds_of(result)
     whole = ASSEMBLIES.get(result.assembly, {})
     of_contacts = {kind: _kind(kind) for kind in kinds if kind not in whole}
