@@ -402,7 +402,8 @@ def test_a_stick_border_nearly_along_x_has_no_steps() -> None:
 def test_the_border_of_whole_elements_has_no_steps() -> None:
     """Elements of a disc are covered entirely or not at all: four of them stand out at each of its ends."""
     x, radius = np.arange(64.0) - 31.5, 26.55
-    (line,) = borders_of(x, x, {"state": (np.hypot(x[:, None], x) < radius).astype(int)}).contact
+    disc = np.hypot(x[:, None], x) < radius
+    (line,) = borders_of(x, x, {"covered": disc, "stick_share": disc}).contact
     assert np.abs(np.hypot(*line.T) - radius).max() < 0.3
     turned = np.unwrap(np.arctan2(*np.diff(line, axis=0).T))
     turned *= np.sign(turned[-1] - turned[0])

@@ -90,7 +90,10 @@ def init(
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
-    text = example_text(example) if example else template_text(template.value)
+    names = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+    if example and example not in names:
+        raise typer.BadParameter(f"no case is called {example}; there are {', '.join(names)}", param_hint="--example")
+    text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8") if example else template_text(template.value)
     file = file or Path(f"cases/{example}.toml" if example else "case.toml")
     if str(file) == "-":
         streams.write(text.rstrip("\n"))
@@ -116,14 +119,6 @@ def init(
 def template_text(name: str) -> str:
     """The template `name` as the text of a case file."""
     return (_PACKAGE / "files" / "templates" / f"{name}.toml").read_text(encoding="utf-8")
-
-
-def example_text(name: str) -> str:
-    """The case `name` of the documents. Raises typer.BadParameter for a name that none of them has."""
-    names = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
-    if name not in names:
-        raise typer.BadParameter(f"no case is called {name}; there are {', '.join(names)}", param_hint="--example")
-    return (EXAMPLES / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def schema() -> None:

@@ -69,7 +69,9 @@ class Progress(Bar):
         self._title, self._quiet, self._verbose = title, quiet, verbose
         self._bound = "at most about " if at_most else "about "
         self._last: tuple[Any, ...] = ()
-        self._expected = {(stage, tuple(grid)): work(grid) for stage, grid in steps()} if self.live else {}
+        # Operations of an iteration: its transforms, and 3e5 that do not grow with the grid.
+        self._expected = {(stage, (nx, ny)): 3e5 + 4 * nx * ny * math.log2(4 * nx * ny)
+                          for stage, (nx, ny) in steps()} if self.live else {}  # fmt: skip
         self._total, self._done = sum(self._expected.values()), 0.0
 
     def __call__(self, stage: str, info: Mapping[str, Any]) -> None:
@@ -123,12 +125,6 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
-
-
-def work(grid: Sequence[int]) -> float:
-    """Cost of an iteration on `grid`, in operations of its transforms, and 3e5 that do not grow with the grid."""
-    padded = 4 * grid[0] * grid[1]
-    return 3e5 + padded * math.log2(padded)
 
 
 def describe(title: str, stage: str, info: Mapping[str, Any]) -> str:

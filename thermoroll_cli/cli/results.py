@@ -13,7 +13,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, with_remarks
-from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
+from thermoroll_cli.files.result.compare import Comparison, compare_results
 from thermoroll_cli.files.result.export import export_csv, export_history, export_xdmf
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.result import Result
@@ -186,7 +186,8 @@ def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
     shown = comparison.rows if verbose else comparison.outside
     lines = [("", "first", "second", "difference", "")]
     lines += [(row.name, _value(row.a), _value(row.b), "–" if math.isnan(row.difference) else f"{row.difference:.1e}",
-               _remark(row, comparison, verbose)) for row in shown]
+               "; ".join(filter(None, ("outside" if verbose and not row.within(comparison.rtol) else "",
+                                       "" if row.note in comparison.notes else row.note)))) for row in shown]
     outside, width = len(comparison.outside), streams.width()
     verdict = f"{outside} of {len(comparison.rows)} quantities are outside" if outside else "all within"
     return [
@@ -200,9 +201,3 @@ def _value(value: float | str | None) -> str:
     if value is None or value != value:
         return "–"
     return value if isinstance(value, str) else f"{value:.8g}"
-
-
-def _remark(row: Pair, comparison: Comparison, verbose: bool) -> str:
-    outside = verbose and not row.within(comparison.rtol)
-    note = "" if row.note in comparison.notes else row.note
-    return "; ".join(part for part in ("outside" if outside else "", note) if part)

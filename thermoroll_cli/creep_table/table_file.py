@@ -153,26 +153,22 @@ def read_table(path: str | os.PathLike[str]) -> TableValues:
     """The table at `path`. Raises ResultFileError: missing, foreign, cut short, damaged, of another version, or with axes that
     do not increase."""
     with opened(path, KIND, FORMAT_VERSION) as file:
-        return _read(path, file)
-
-
-def _read(path: str | os.PathLike[str], file: h5py.File) -> TableValues:
-    if (scaling := file.attrs["scaling"].decode()) != LAW:
-        raise ResultFileError(f"{path}: table of scaling {scaling}; this version reads {LAW}: build it again with thermoroll "
-                              "table")
-    ratios, u, v, w = (file[name][()] for name in DIMENSIONS)
-    axes = Axes(tuple(ratios.tolist()), len(u), len(v), len(w))
-    for name, stored, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):
-        if not np.allclose(stored, own, atol=1e-12):
-            raise ValueError(f"the axis {name} does not increase evenly")
-    values = np.stack([file[name][()].astype(float) for name in QUANTITIES], axis=1)
-    errors = file["solver_error"][()].astype(float)
-    if values.shape != (len(ratios), len(QUANTITIES), *axes.shape):
-        raise ValueError("values and axes have different lengths")
-    quality = {name: file.attrs[f"quality_{name}"] for name in vars(Quality())}
-    quality = {name: int(value) if name == "points" else float(value) for name, value in quality.items()}
-    poisson_ratio, accuracy = (float(file.attrs[name]) for name in ("poisson_ratio", "accuracy"))
-    return TableValues(axes, poisson_ratio, accuracy, values, errors, Quality(**quality))
+        if (scaling := file.attrs["scaling"].decode()) != LAW:
+            raise ResultFileError(f"{path}: table of scaling {scaling}; this version reads {LAW}: build it again with "
+                                  "thermoroll table")
+        ratios, u, v, w = (file[name][()] for name in DIMENSIONS)
+        axes = Axes(tuple(ratios.tolist()), len(u), len(v), len(w))
+        for name, stored, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):
+            if not np.allclose(stored, own, atol=1e-12):
+                raise ValueError(f"the axis {name} does not increase evenly")
+        values = np.stack([file[name][()].astype(float) for name in QUANTITIES], axis=1)
+        errors = file["solver_error"][()].astype(float)
+        if values.shape != (len(ratios), len(QUANTITIES), *axes.shape):
+            raise ValueError("values and axes have different lengths")
+        quality = {name: file.attrs[f"quality_{name}"] for name in vars(Quality())}
+        quality = {name: int(value) if name == "points" else float(value) for name, value in quality.items()}
+        poisson_ratio, accuracy = (float(file.attrs[name]) for name in ("poisson_ratio", "accuracy"))
+        return TableValues(axes, poisson_ratio, accuracy, values, errors, Quality(**quality))
 
 
 def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:

@@ -54,7 +54,9 @@ def read_columns(
             raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys{hint}")
         if "" in cells and not gaps:
             raise ValueError(f"{place}: {keys[cells.index('')]} has no value")
-        read.append((number, cells if delimiter == "," else [_decimal_point(cell) for cell in cells]))
+        if delimiter != ",":
+            cells = [re.sub(r"^([-+]?\d+),(\d+(?:[eE][-+]?\d+)?)$", r"\1.\2", cell) for cell in cells]
+        read.append((number, cells))
     return keys, read
 
 
@@ -76,10 +78,6 @@ def _filled(cells: list[str], least: int = 0) -> list[str]:
     while len(cells) > least and not cells[-1]:
         cells = cells[:-1]
     return cells
-
-
-def _decimal_point(cell: str) -> str:
-    return cell.replace(",", ".") if re.fullmatch(r"[-+]?\d+,\d+([eE][-+]?\d+)?", cell) else cell
 
 
 def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:

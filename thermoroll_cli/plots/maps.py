@@ -235,8 +235,7 @@ def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[floa
     chosen = np.ix_(*(np.arange((n - 1) % step // 2, n, step) for n, step in zip(patches.shape, steps, strict=True)))
     length = np.hypot(*traction)
     largest = maximum(length, patches, np.arange(count + 1))[patches]
-    covered = state.fields.get("covered", patches > 0)
-    shown = ((length > 0.04 * largest) & (covered > 0.5))[chosen]
+    shown = ((length > 0.04 * largest) & (state.fields["covered"] > 0.5))[chosen]
     arrows = 0.9 * spacing * np.stack([part[chosen][shown] / largest[chosen][shown] for part in traction])
     places = np.stack(np.broadcast_arrays(state.x[chosen[0]], state.y[chosen[1]]), axis=-1)[shown]
     axes.quiver(*_in_metres(frame).transform(places).T, *((arrows[1], -arrows[0]) if frame.turned else arrows), **ARROW)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import matplotlib
@@ -16,7 +17,7 @@ from matplotlib.figure import Figure
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import SHORT_BAR, colours_of, draw_map, map_note
-from thermoroll_cli.plots.run_frame import PRESSURE, RunFrame, length_scale
+from thermoroll_cli.plots.run_frame import PRESSURE, AxisScale, RunFrame, unit_for
 from thermoroll_cli.problem.problem import BodyName
 
 
@@ -26,7 +27,7 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     pressure = drawn.values(PRESSURE)
     if not frame.result.patches or pressure is None:
         return None
-    turned = RunFrame(**{**vars(frame), "turned": True, "window": frame.domain})
+    turned = replace(frame, turned=True, window=frame.domain)
     left, right, low, high = frame.domain
     # Labels and colour bar take 45 mm beside a map.
     map_height = min(60.0, max(135.0 * (right - left) / (high - low), 15.0)) * style.MM
@@ -59,7 +60,7 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
     high = max(min(float(np.nanmax(height)), float(np.nanmax(lower)) + reach) for height in (lower, upper))
     low = min(max(float(np.nanmin(height)), float(np.nanmin(upper)) - reach) for height in (lower, upper))
     margin = 0.08 * (high - low or 1e-5)  # straight surfaces need some room, too
-    depth = length_scale(max(high, -low, margin), "height")
+    depth = AxisScale(*unit_for("m", max(high, -low, margin)), "height")
     for height, words, colour in ((upper, "upper body", style.AFTER), (lower, "lower body", style.BEFORE)):
         axes.plot(y * across.factor, height * depth.factor, color=colour, label=f"{words}, unloaded")
     for body, profile in geometry.profiles:

@@ -145,7 +145,7 @@ class RunFrame:
         sizes = [max(-left, right), max(-bottom, top)]
         if max(sizes) < LONGEST_ASPECT * min(sizes):
             sizes = [max(sizes)] * 2
-        x, y = (length_scale(size, words) for size, words in zip(sizes, "xy", strict=True))
+        x, y = (AxisScale(*unit_for("m", size), words) for size, words in zip(sizes, "xy", strict=True))
         return x, y
 
     def place_words(self, y: float) -> str:
@@ -243,11 +243,6 @@ def unit_for(unit: str, largest: float) -> tuple[float, str]:
     return 1.0 / size, name
 
 
-def length_scale(largest: float, words: str) -> AxisScale:
-    """The scale of an axis in space."""
-    return AxisScale(*unit_for("m", largest), words)
-
-
 def _best_cut(drawn: DrawnState) -> float:
     """y = 0, or the y of the row that passes the largest share of every maximum if y = 0 passes less than 0.9 of that."""
     rows = drawn.state.y
@@ -270,9 +265,8 @@ def _around(boxes: Iterable[tuple[float, float, float, float]]) -> tuple[float, 
 
 def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Borders:
     """Borders of a state with these fields at the element centres `x`, `y`: where half of an averaged element is in the
-    contact, and where sticking ends along x. Files that lack the shares of elements have those of whole elements."""
-    covered = np.pad(np.asarray(fields.get("covered", fields["state"] > 0), dtype=float), RIM)
-    sticking = np.pad(np.asarray(fields.get("stick_share", fields["state"] == 1), dtype=float), RIM)
+    contact, and where sticking ends along x."""
+    covered, sticking = (np.pad(np.asarray(fields[name], dtype=float), RIM) for name in ("covered", "stick_share"))
     axes = (_widened(x), _widened(y))
     element = np.array([x[1] - x[0], y[1] - y[0]])
     averaged = gaussian_filter(covered, SMOOTHING, mode="constant", truncate=RIM / SMOOTHING)

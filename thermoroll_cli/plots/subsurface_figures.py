@@ -18,7 +18,7 @@ from thermoroll_cli.plots.maps import flow_label
 from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.problem.result import BodyStresses, Result
+from thermoroll_cli.problem.result import BodyStresses
 from thermoroll_cli.stress.strength import first_principal, shear_yields
 
 LEVELS = 24
@@ -33,7 +33,10 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     stresses = frame.result.bodies.get(body)
     if stresses is None:
         return None
-    stress = _stress_scale(frame)
+    # Over Hertz's peak pressure, or the largest pressure of bodies with profiles.
+    hertz, largest = frame.result.of_problem["hertz_p0_MPa"], frame.result.coupled.scalars["pressure_max_MPa"]
+    pressure, index = (hertz, "0") if math.isfinite(hertz) else (largest, r"\mathrm{max}")
+    stress = AxisScale(1e-6 / pressure, "", rf"von Mises stress $\sigma_\mathrm{{vM}}/p_{index}$")
     interfaces = [face for face in getattr(frame.result.problem, body).interfaces if face < stresses.depths[-1]]
     y, stress_plane = _plane(frame, stresses, "von_mises", stresses.plane_y if interfaces else stresses.most_stressed.y)
     rows = 1 + (stresses.hottest is not None) + bool(interfaces)
@@ -67,15 +70,6 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, f"{body} body, {frame.place_words(y)}")
     style.add_legend(figure, [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]])
     return figure
-
-
-def _stress_scale(frame: RunFrame) -> AxisScale:
-    """Stresses over Hertz's peak pressure, or the largest pressure of bodies with profiles."""
-    peak = frame.result.of_problem["hertz_p0_MPa"]
-    if math.isfinite(peak):
-        return AxisScale(1e-6 / peak, "", r"von Mises stress $\sigma_\mathrm{vM}/p_0$")
-    return AxisScale(1e-6 / frame.result.coupled.scalars["pressure_max_MPa"], "",
-                     r"von Mises stress $\sigma_\mathrm{vM}/p_\mathrm{max}$")
 
 
 def _plane(frame: RunFrame, stresses: BodyStresses, name: str, y: float) -> tuple[float, Array]:
@@ -186,13 +180,15 @@ def strength_figure(frame: RunFrame, body: str) -> Figure | None:
 
 
 def shakedown_map_figure(frame: RunFrame) -> Figure | None:
-    """p₀/k against the utilised friction |F|/W, with elastic and shakedown limits of ideal contacts; None where no body's
-    shear yield stress is known."""
-    points = {body: load for body in BODIES if (load := _pressure_over_yield(frame.result, body)) is not None}
+    """p₀/k against the utilised friction |F|/W, with elastic and shakedown limits of ideal contacts; None where no homogeneous
+    body's shear yield stress is known."""
+    problem, scalars = frame.result.problem, frame.result.coupled.scalars
+    strengths = {body: getattr(problem.subsurface, f"{body}_strength", None) for body in BODIES}
+    points = {body: 1e6 * scalars["pressure_max_MPa"] / strength.shear_yield for body, strength in strengths.items()
+              if strength is not None and strength.shear_yield is not None and not getattr(problem, body).layers}
     if not points:
         return None
-    scalars = frame.result.coupled.scalars
-    utilised = math.hypot(scalars["force_x_N"], scalars["force_y_N"]) / frame.result.problem.normal_force
+    utilised = math.hypot(scalars["force_x_N"], scalars["force_y_N"]) / problem.normal_force
     figure = style.new_figure(1.3 * style.SINGLE, 85.0 * style.MM)
     axes = figure.subplots()
     axes.plot(FRICTION, CIRCLE_ELASTIC, color="0.4", linestyle=style.DASHED, label="circle: elastic, von Mises")
@@ -210,11 +206,3 @@ def shakedown_map_figure(frame: RunFrame) -> Figure | None:
     style.add_headline(figure, frame.result.problem.title, frame.result.converged)
     style.add_legend(figure, axes.get_legend_handles_labels()[0])
     return figure
-
-
-def _pressure_over_yield(result: Result, body: str) -> float | None:
-    """p₀/k of a homogeneous body whose shear yield stress is given."""
-    strength = getattr(result.problem.subsurface, f"{body}_strength", None)
-    if strength is None or strength.shear_yield is None or getattr(result.problem, body).layers:
-        return None
-    return float(result.coupled.scalars["pressure_max_MPa"] * 1e6 / strength.shear_yield)

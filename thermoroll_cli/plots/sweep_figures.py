@@ -374,20 +374,14 @@ def theory_forces(table: Numbers, theory: str) -> dict[str, Column]:
     return dict(zip(FORCES, forces, strict=True))
 
 
-def cell_text(value: Any) -> str:
-    """A swept value in few digits."""
-    try:
-        return style.readable(f"{float(value):.{6 if abs(float(value)) >= 1.0 else 4}g}")
-    except (TypeError, ValueError):
-        return str(value)
-
-
 def with_value(key: str, value: Any) -> str:
     """A case key with its value: `rolling.speed_m_s` and 5 become "rolling speed = 5 m/s"."""
     words, _, unit = words_of(key).partition(" (")
     if value == math.inf:
         return f"{words} = ∞"
-    return f"{words} = {cell_text(value)} {unit.removesuffix(')')}".rstrip()
+    if isinstance(value, int | float):
+        value = style.readable(f"{value:.{6 if abs(value) >= 1.0 else 4}g}")
+    return f"{words} = {value} {unit.removesuffix(')')}".rstrip()
 
 
 def words_of(key: str) -> str:
