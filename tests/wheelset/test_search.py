@@ -77,7 +77,7 @@ def test_the_gap_is_the_distance_to_the_wheel_of_revolution():
         assert overlap == pytest.approx(float((-facing.gap * np.cos(facing.angle)).max()), rel=5e-3)
         s = place + np.linspace(-2e-3, 2e-3, 9)
         x = patch.x + np.linspace(-6e-3, 6e-3, 2001)
-        gap = patch.gap(x, s)
+        gap = patch.gap(np.broadcast_to(x[:, None], (len(x), len(s))), s)
         np.testing.assert_allclose(gap.min(axis=0), patch.gap_on_locus(s), atol=2e-11)
         base, angle = patch.places(s), patch.inclination(s)
         rail = patch._along(patch.rail, s)
@@ -91,7 +91,7 @@ def test_the_gap_is_the_distance_to_the_wheel_of_revolution():
 def test_a_plane_and_a_curved_patch_agree_for_small_angles():
     facing, _ = facing_beside(case_named("A2.2 left y=4.0"))
     (plane,), (curved,) = (patches_of(facing, curved=curved) for curved in (False, True))
-    s, x = np.linspace(-3e-3, 3e-3, 7), np.linspace(-3e-3, 3e-3, 5)
+    s, x = np.linspace(-3e-3, 3e-3, 7), np.broadcast_to(np.linspace(-3e-3, 3e-3, 5)[:, None], (5, 7))
     np.testing.assert_allclose(curved.gap(x, s), plane.gap(x, s), atol=2e-7)
     assert np.ptp(curved.inclination(s)) == pytest.approx(0.0116, abs=1e-3)
 

@@ -26,7 +26,8 @@ DOMAIN_FITS = 3
 """Domains on which a contact of coated bodies is solved in turn."""
 ATTEMPTS = 8
 """Domains tried; each one that proves too small makes the overlap half as deep again."""
-COARSE_TOLERANCE = 1e-6
+COARSE_TOLERANCE, FIRST_TOLERANCE = 1e-6, 1e-3
+"""Residual on the domain whose contact is reported, and on the first one, which only says where that lies."""
 OVERLAP_SAMPLES = 4001
 """Places across the rolling direction at which the overlap of the rigid bodies is summed."""
 OVERLAP_SHARE = 0.5
@@ -101,10 +102,11 @@ def contact_scales(
         return _of_smooth(geometry, bodies, given)
     low, high = geometry.limits
     mirror = geometry.symmetric
-    depth = given.depth if isinstance(given, Approach) else _overlap(geometry, bodies.softest, given)
+    y = np.linspace(low, high, OVERLAP_SAMPLES)
+    gap = geometry.across(y)
+    depth = given.depth if isinstance(given, Approach) else _overlap(y, gap, bodies.softest, given)
     for _ in range(ATTEMPTS):
-        y = np.linspace(low, high, OVERLAP_SAMPLES)
-        inside = y[geometry.across(y) < depth]
+        inside = y[gap < depth]
         rear, front = geometry.along(depth, inside)
         box = _Box(0.5 * (front - rear), float(inside[0]), float(inside[-1]), 0.5 * (front + rear))
         grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
@@ -184,12 +186,9 @@ class _Found:
     pressure: Array
 
 
-def _overlap(geometry: ContactGeometry, contact_modulus: float, normal_force: float) -> float:
-    """Estimate of the approach δ in m: each strip across y as a cylinder of half-width a² = ½·2R'_x(δ − h), which carries
-    πE*a²/(4R'_x) per length (Kik & Piotrowski's assumption)."""
-    low, high = geometry.limits
-    y = np.linspace(low, high, OVERLAP_SAMPLES)
-    gap = geometry.across(y)
+def _overlap(y: Array, gap: Array, contact_modulus: float, normal_force: float) -> float:
+    """Estimate of the approach δ in m from the `gap` h (m) over `y`: each strip across as a cylinder of half-width
+    a² = ½·2R'_x(δ − h), which carries πE*a²/(4R'_x) per length (Kik & Piotrowski's assumption)."""
     finite = np.where(np.isfinite(gap), gap, 1e300)
     stiffness = 0.25 * math.pi * contact_modulus * OVERLAP_SHARE * 2.0 * (y[1] - y[0])
 
@@ -215,7 +214,7 @@ def _solve(
     start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
              else np.sqrt(np.maximum(OVERLAP_SHARE * before - gap, 0.0)))
     solver = NormalSolver(grid, bodies.contact_modulus, bodies.coatings, cosine, bodies.relaxing)
-    solution = solver.solve(gap, given, start, COARSE_TOLERANCE)
+    solution = solver.solve(gap, given, start, COARSE_TOLERANCE if isinstance(before, _Found) else FIRST_TOLERANCE)
     share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
     slack = 1e-9 * (limits[1] - limits[0])

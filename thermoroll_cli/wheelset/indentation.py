@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
+import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.active_set import Approach
@@ -13,31 +12,22 @@ from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.wheelset.placement import Position
 
-COARSE_GRID = (32, 64)
+COARSE_GRID = (24, 48)
 """Elements along and across on the overlap."""
-BOX_SAMPLES = (17, 33)
-"""Places along and across at which the overlap is looked for."""
 
 
 class Indentation:
     """Normal contact of a patch on its overlap, for a wheel that stands where the patch was found, or near by: a wheel that has
-    moved by (dy, dz) is closer by dz cos α − dy sin α, α being the inclination of the surface. `pressure` (Pa, (nx, ny)) of a
-    similar patch is the first guess."""
+    moved by (dy, dz) is closer by dz cos α − dy sin α, α being the inclination of the surface. `pressure` (Pa, (nx, ny)) is the
+    last one that was found, at first that of a similar patch."""
 
     def __init__(self, patch: PatchSurface, contact_modulus: float, pressure: Array | None = None) -> None:
         self.patch = patch
-        x0, x1, s0, s1 = _box(patch)
-        grid = Grid.over(COARSE_GRID, x1 - x0, s1 - s0, 0.5 * (s0 + s1), 0.5 * (x0 + x1))
-        gap = patch.gap(grid.x, grid.y)
-        self._gap = np.where(np.isfinite(gap), gap, 1.0)
+        grid = _grid(patch)
+        self._gap = _gap(patch, grid)
         self._angle, self._deepest = patch.inclination(grid.y), patch.inclination(np.array([patch.overlap[1]]))
         self._solver = NormalSolver(grid, contact_modulus)
-        self._pressure = np.sqrt(np.maximum(-self._gap, 0.0)) if pressure is None else pressure
-
-    @property
-    def pressure(self) -> Array:
-        """The last one that was found in Pa."""
-        return self._pressure
+        self.pressure = np.sqrt(np.maximum(-self._gap, 0.0)) if pressure is None else pressure
 
     def moved(self, position: Position) -> tuple[float, float]:
         """(dy, dz) in m by which the wheel's material at the patch has moved if the wheelset is at `position`."""
@@ -55,9 +45,9 @@ class Indentation:
         if sunk <= 0.0:
             return 0.0
         gap = self._gap - _closer(self._angle, moved)
-        solution = self._solver.solve(gap, Approach(sunk / over_coarse - self.overlap(moved)), self._pressure, within)
+        solution = self._solver.solve(gap, Approach(sunk / over_coarse - self.overlap(moved)), self.pressure, within)
         if solution.contact.any():
-            self._pressure = solution.pressure
+            self.pressure = solution.pressure
         return self._solver.load(solution.pressure)
 
 
@@ -66,18 +56,23 @@ def _closer(angle: Array, moved: tuple[float, float]) -> Array:
     return np.asarray(moved[1] * np.cos(angle) - moved[0] * np.sin(angle))
 
 
-def _box(patch: PatchSurface) -> tuple[float, float, float, float]:
-    """Lowest and highest x, lowest and highest s of the overlap in m. An elastic contact lies within it."""
-    low, high = patch.overlapping
-    depth, _ = patch.overlap
-    lean = patch.locus_x(np.array([low, high]))
-    half = 1.05 * math.sqrt(2.0 * patch.facing.wheel.radius * depth) * 1.2
-    x = np.linspace(lean.min() - half, lean.max() + half, BOX_SAMPLES[0])
-    s = np.linspace(low, high, BOX_SAMPLES[1])
-    gap = patch.gap(x, s)
+def _grid(patch: PatchSurface) -> Grid:
+    """A grid over the overlap and an element around it: an elastic contact lies within the overlap."""
+    s, lowest, x_lowest, fitted = patch.table
     # An overlap may lie between the places.
-    inside = gap < 0.0 if (gap < 0.0).any() else gap == np.nanmin(gap)
-    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
-    step_x, step_s = x[1] - x[0], s[1] - s[0]
-    return (float(x[rows[0]] - step_x), float(x[rows[-1]] + step_x),
-            float(s[columns[0]] - step_s), float(s[columns[-1]] + step_s))
+    inside = (lowest < 0.0) | (lowest == lowest.min())
+    half = np.sqrt(np.maximum(-lowest, 0.0) / fitted[0])
+    rear, front = (x_lowest - half)[inside].min(), (x_lowest + half)[inside].max()
+    low, high = s[inside][[0, -1]]
+    nx, ny = COARSE_GRID
+    return Grid.over(COARSE_GRID, nx / (nx - 2) * (front - rear), ny / (ny - 2) * (high - low), 0.5 * (low + high),
+                     0.5 * (rear + front))
+
+
+def _gap(patch: PatchSurface, grid: Grid) -> Array:
+    """The gap of the surfaces in m, (nx, ny), as the solver of the patch has it; 1 m where there is no material."""
+    s, lowest, x_lowest, fitted = patch.table
+    lowest, x_lowest, *powers = scipy.interpolate.CubicSpline(s, np.array([lowest, x_lowest, *fitted]).T)(grid.y).T
+    away = grid.x[:, None] - x_lowest
+    gap = lowest + sum(power * away**n for n, power in enumerate(powers, 2))
+    return np.where((grid.y >= s[0]) & (grid.y <= s[-1]), gap, 1.0)

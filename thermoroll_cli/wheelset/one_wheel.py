@@ -74,6 +74,12 @@ class WheelOnRail:
         self._indentations: list[Indentation] = []
         self._loads = np.zeros(0)
 
+    def over(self, facing: Facing) -> Facing:
+        """`facing`, or the same one that was there last, whose outlines are known."""
+        if facing != self._facing:
+            self._facing = facing
+        return self._facing
+
     def bearings(self, facing: Facing, lowered: float, solved: Sequence[Bearing], within: float = BALANCED) -> list[Bearing]:
         """The patches that carry load when the wheel of `facing` is lower by this height (m), with what is known of them from
         those that were `solved`.
@@ -109,10 +115,8 @@ class WheelOnRail:
 
     def _find(self, facing: Facing, position: Position) -> None:
         """The patches at a `position` of the wheel."""
-        if self._facing is not None and replace(self._facing.position, z=0.0) == replace(position, z=0.0):
-            facing = self._facing
-        self._facing = facing.lowered(position.z - facing.position.z)
-        patches = [patch for patch in patches_of(self._facing, curved=self.curved) if patch.faces and patch.overlap[0] > 0.0]
+        lowered = facing.lowered(position.z - facing.position.z)
+        patches = [patch for patch in patches_of(lowered, curved=self.curved) if patch.faces and patch.overlap[0] > 0.0]
         before = self._indentations if len(patches) == len(self._indentations) else [None] * len(patches)
         self._indentations = [Indentation(patch, self.contact_modulus, None if last is None else last.pressure)
                               for patch, last in zip(patches, before, strict=True)]

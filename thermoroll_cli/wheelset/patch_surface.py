@@ -42,7 +42,7 @@ COLUMNS = 257
 tread."""
 ROOM = 0.35
 """Room beside the overlap over its width. The elastic contact lies within the overlap."""
-ALONG = np.linspace(-1.0, 1.0, 12)
+ALONG = np.linspace(-1.0, 1.0, 6)
 """Places along over the half-length of the overlap at which its gap is fitted; none in the middle, where the gap is given."""
 
 
@@ -170,14 +170,9 @@ class PatchSurface:
         return np.asarray(self._along(self.rail, s) - self._along(self.wheel, s))
 
     def gap(self, x: Array, s: Array) -> Array:
-        """Distance (m) between wheel and rail along the reference surface's normal at all places x (n,) along the track and s
-        (m,), (n, m); negative where they overlap, inf where there is no material."""
-        gap = self.gap_at(np.broadcast_to(x[:, None], (len(x), len(s))), s)
-        return np.where(np.isnan(self.gap_on_locus(s)), np.inf, gap)
-
-    def gap_at(self, x: Array, s: Array) -> Array:
-        """The same at the places x (…, m) above s (m,), nan beyond the ends of the rail; beyond its own ends the wheel goes on
-        with the same radius, for a yawed edge crosses lines of rolling.
+        """Distance (m) between wheel and rail along the reference surface's normal at the places x (…, m) along the track above
+        s (m,): negative where they overlap, nan beyond the ends of the rail. Beyond its own ends the wheel goes on with the
+        same radius, for a yawed edge crosses lines of rolling.
 
         Newton's method on |(X, Z)| − r(Y) in the axes of the wheelset."""
         base = self.places(s)
@@ -291,7 +286,7 @@ class PatchSurface:
         s = np.linspace(max(low - room, self.limits[0]), min(high + room, self.limits[1]), COLUMNS)
         x_lowest, lowest = self.locus_x(s), self.gap_on_locus(s)
         half = 1.2 * math.sqrt(2.0 * self.facing.wheel.radius * self.overlap[0])
-        gap = self.gap_at(x_lowest + half * ALONG[:, None], s) - lowest
+        gap = self.gap(x_lowest + half * ALONG[:, None], s) - lowest
         fitted = np.linalg.lstsq(np.stack([ALONG**2, ALONG**3, ALONG**4], axis=1), gap, rcond=None)[0]
         return s, lowest, x_lowest, fitted / np.array([half**2, half**3, half**4])[:, None]
 

@@ -53,7 +53,7 @@ def stand(
     depths = dict(before.depths)
 
     def carried(sides: Sequence[SideName], vertical: float, roll: float) -> tuple[float, dict[SideName, list[Bearing]]]:
-        placed = [(wheels[side], problem.facing(side, roll), solved.get(side, ())) for side in sides]
+        placed = [(wheels[side], wheels[side].over(problem.facing(side, roll)), solved.get(side, ())) for side in sides]
         height, found = height_of(placed, vertical, depths.get(sides[0]), within)
         depths[sides[0]] = height - min(facing.clearance for _, facing, _ in placed)
         return height, dict(zip(sides, found, strict=True))
