@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
@@ -24,8 +23,6 @@ from thermoroll_cli.wheelset.conicity import Conicity, conicity_of
 from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver
-
-__all__ = ["Conicity", "Result", "Solver", "conicity", "read_result", "solve"]
 
 Task = Problem | WheelsetProblem
 Report = Callable[[str, Mapping[str, Any]], None]

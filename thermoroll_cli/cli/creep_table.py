@@ -40,8 +40,12 @@ def build(
     aspect: Annotated[
         str, typer.Option("--aspect", metavar="VALUES", help=f"Ratios a/b, a along rolling; increasing. {RANGE}")
     ] = "",
-    poisson: Annotated[float, typer.Option("--poisson", metavar="NU", help="Poisson's ratio of both bodies.")] = 0.28,
-    accuracy: Annotated[float, typer.Option("--accuracy", metavar="E", help="Error of forces over μW to solve for.")] = 1e-3,
+    poisson: Annotated[
+        float, typer.Option("--poisson", min=0, max=0.5, metavar="NU", help="Poisson's ratio of both bodies.")
+    ] = 0.28,
+    accuracy: Annotated[
+        float, typer.Option("--accuracy", min=2.5e-4, max=1e-2, metavar="E", help="Error of forces over μW to solve for.")
+    ] = 1e-3,
     nodes: Annotated[str, typer.Option("--nodes", metavar="T,A,B", help="Magnitudes, directions, spins.")] = "25,13,41",
     checks: Annotated[int, typer.Option("--checks", min=0, metavar="N", help="Random points to measure errors at.")] = 1000,
     jobs: options.Jobs = 1,
@@ -57,7 +61,10 @@ def build(
     Solves every point of a grid over a/b, magnitude and direction of the creepages, and as many random points again to state
     the table's errors. A table for Poisson's ratio 0.28 comes with the program: see `query`.
     """
-    plan = _plan(aspect, nodes, poisson, accuracy, checks)
+    counts = options.numbers(nodes, 3, "three whole numbers T,A,B", "--nodes", int)
+    ratios = _values(aspect, "--aspect") if aspect else DEFAULT_ASPECTS
+    with options.usage("--aspect, --nodes"):
+        plan = TablePlan(Axes(ratios, *counts), poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
     built = _build(plan, output, Workers(jobs, dask, dask_wait), resume=resume, quiet=quiet)
     if csv is not None:
@@ -151,19 +158,6 @@ def _build(plan: TablePlan, path: Path, workers: Workers, *, resume: bool, quiet
     write_table(path, built, command_line=options.command_line())
     journal_path(path).unlink(missing_ok=True)
     return built
-
-
-def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int) -> TablePlan:
-    """The plan of the table. Ends the program (usage) where that makes no sense."""
-    counts = options.numbers(nodes, 3, "three whole numbers T,A,B", "--nodes", int)
-    ratios = _values(aspect, "--aspect") if aspect else DEFAULT_ASPECTS
-    with options.usage("--aspect, --nodes"):
-        axes = Axes(ratios, *counts)
-    if not 0.0 <= poisson <= 0.5:
-        raise typer.BadParameter(f"must be from 0 to 0.5, not {poisson:g}", param_hint="--poisson")
-    if not 2.5e-4 <= accuracy <= 1e-2:
-        raise typer.BadParameter(f"must be from 0.00025 to 0.01, not {accuracy:g}", param_hint="--accuracy")
-    return TablePlan(axes, poisson, accuracy, checks)
 
 
 def _values(text: str, hint: str) -> tuple[float, ...]:

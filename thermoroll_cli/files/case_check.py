@@ -6,7 +6,7 @@ import difflib
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -99,7 +99,11 @@ class _Checker:
                        hint=conflict.hint, at_key=conflict.at_key)
         self._raise()
         settings = self._resolved()
-        for reason in _reasons(settings):
+        try:
+            reasons = [*reasons_against(DerivedQuantities(problem_of(settings)))]
+        except Unsolvable as cause:  # there is no problem to ask
+            reasons = [cause]
+        for reason in reasons:
             path = key_path(reason.other)
             # The constants of one body, or of both.
             line = self.source.line_of(path) or self.source.line_of(tuple(part for part in path if part not in BODIES))
@@ -346,11 +350,3 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     lowered = {name.lower(): name for name in known}
     near = difflib.get_close_matches(word.lower()[:200], lowered, n=1, cutoff=0.6)
     return lowered[near[0]] if near else ""
-
-
-def _reasons(settings: Settings) -> Iterator[Unsolvable]:
-    """Reasons against the problem of `settings`, or the one for which there is no problem to ask."""
-    try:
-        yield from reasons_against(DerivedQuantities(problem_of(settings)))
-    except Unsolvable as cause:
-        yield cause

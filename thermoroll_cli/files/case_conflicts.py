@@ -232,14 +232,13 @@ def _interlayer(layer: model.InterlayerTable) -> Iterator[Conflict]:
 
 
 def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
-    if "thermal" not in sections or not heat_is_on(sections):
-        return
-    reason = "heat is on" if sections["thermal"] is not None else "the other thermal constants are given"
+    heated = "thermal" in sections and heat_is_on(sections)
+    reason = "heat is on" if heated and sections["thermal"] is not None else "the other thermal constants are given"
     layers = ((((*path, "layers", number), layer) for path, body_material in _materials(sections)
                for number, layer in enumerate(body_material.layers or ())))
     for path, constants in chain(_materials(sections), layers):
         missing = [key for key in THERMAL_CONSTANTS if getattr(constants, key) is None]
-        if missing:
+        if missing and (heated or ("layers" in path and len(missing) < len(THERMAL_CONSTANTS))):
             yield Conflict(path, f"{reason}, but missing: {', '.join(missing)}",
                            f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them and no heat",
                            "a mechanical case has heat = false in [thermal], or neither [thermal] nor thermal constants")
@@ -261,10 +260,6 @@ def _coatings(sections: Sections) -> Iterator[Conflict]:
             if radii and layer.thickness_um >= 1e3 * min(radii):
                 yield Conflict((*place, "thickness_um"), "the coating is as thick as the smallest radius of its body",
                                f"less than {1e3 * min(radii):g}")
-            missing = [key for key in THERMAL_CONSTANTS if getattr(layer, key) is None]
-            if 0 < len(missing) < len(THERMAL_CONSTANTS) and not ("thermal" in sections and heat_is_on(sections)):
-                yield Conflict(place, f"some thermal constants are given, but missing: {', '.join(missing)}",
-                               f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them")
             owners = [getattr(strength, str(body), None) for body in bodies]
             if layer.shear_yield_MPa is not None and all(owner is None or owner.shear_yield_MPa is None for owner in owners):
                 yield Conflict((*place, "shear_yield_MPa"), "has no effect without that of the body",

@@ -64,10 +64,11 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
 
     Raises ValueError: nothing swept, a column missing, an unknown theory, or a table that lacks what it needs.
     """
-    failed = failed_points(table)
     if not over or any(name not in table for name in over):
         raise ValueError(f"a sweep figure needs the swept quantities as columns, got {list(over)}")
     x, words = places(table[over[0]])
+    # Points that did not converge have no scalars, or those of another state than the one asked for.
+    failed = np.array([status != "converged" for status in table.get("status", ["converged"] * x.size)], dtype=bool)
     if not np.any(np.isfinite(x) & ~failed) or (words and over[0] == "status"):
         raise ValueError(f"the column {over[0]} holds no numbers")
     columns = {name: numbers(column) for name, column in table.items()}
@@ -89,7 +90,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
         theories = {theory: [_theory_curve(columns, theory, x, line, words) for line in lines] for theory in compare}
         handles = _line_handles(lines)
         for place, (axes, (label, names)) in enumerate(zip(grid.flat, diagrams, strict=False)):
-            endless = unbounded_points(table, names)
+            endless = np.array([not set(names).isdisjoint(str(cell).split()) for cell in table.get("unbounded", [""] * x.size)])
             handles += _draw_diagram(axes, x, good, names, errors(scalars, names), endless, lines, theories)
             axes.set_ylabel(label)
             _finish(axes, x, words, words_of(over[0]) if place + wide >= len(diagrams) else "")
@@ -319,21 +320,6 @@ def places(values: Sequence[Any]) -> tuple[Column, list[str]]:
         return array, []
     words = list(dict.fromkeys(str(value) for value in values))
     return np.array([float(words.index(str(value))) for value in values]), words
-
-
-def failed_points(table: Table) -> NDArray[np.bool_]:
-    """Points that did not converge: they have no scalars, or those of another state than the one asked for."""
-    return np.array([status != "converged" for status in _texts(table, "status", "converged")], dtype=bool)
-
-
-def unbounded_points(table: Table, names: Sequence[str]) -> NDArray[np.bool_]:
-    """Points where any of the named columns has no limit: it grows with every refinement."""
-    return np.array([not set(names).isdisjoint(str(cell).split()) for cell in _texts(table, "unbounded", "")], dtype=bool)
-
-
-def _texts(table: Table, name: str, otherwise: str) -> Sequence[Any]:
-    """A column of texts, of a table that may lack it."""
-    return table.get(name) or [otherwise] * len(next(iter(table.values()), ()))
 
 
 def merged(table: Numbers, names: Sequence[str]) -> Column | None:
