@@ -165,4 +165,3 @@ def test_borders_feel_the_modulus_of_an_element() -> None:
     between = relaxing.near_border(1e-3, 1e-3)
     assert relaxed.contact_modulus < between.contact_modulus < instant.contact_modulus
     assert between.trust < 0.97
-    assert isinstance(between.compliance, ShearCompliance)

@@ -41,16 +41,6 @@ the second it alone does not describe it at all."""
 
 
 @dataclass(frozen=True)
-class NearBorder:
-    """The half-spaces that stand for the bodies within an element of a border: `contact_modulus` (Pa), `compliance` of shear,
-    and how well they describe the bodies, 0 to 1 (`trust`)."""
-
-    contact_modulus: float
-    compliance: ShearCompliance
-    trust: float
-
-
-@dataclass(frozen=True)
 class Coatings:
     """The `lower` and the `upper` body, of which one is coated at least."""
 
@@ -152,13 +142,12 @@ class Coatings:
 
     # --- borders -------------------------------------------------------------------------------------------------
 
-    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> NearBorder:
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> ShearCompliance:
         """Half-spaces that describe the bodies within an element of dx × dy (m): of the surfaces' materials for thick layers,
         of the substrates' for thin ones. Between, neither is right, and their mean is a guess."""
         bodies, trusts = zip(*(_seen(body, min(dx, dy)) for body in (self.lower, self.upper)), strict=True)
-        trust = min(trusts)
         compliance = ShearCompliance.of(*((m.shear_modulus, m.poisson_ratio) for m in bodies), interlayer=interlayer)
-        return NearBorder(1.0 / sum(1.0 / m.plane_strain_modulus for m in bodies), replace(compliance, trust=trust), trust)
+        return replace(compliance, trust=min(trusts))
 
 
 def _seen(body: Material, size: float) -> tuple[Material, float]:

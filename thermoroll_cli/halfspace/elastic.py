@@ -17,24 +17,17 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 
 
-class BorderHalfSpaces(Protocol):
-    """Half-spaces that stand for layered bodies near a border (`coatings.NearBorder`)."""
-
-    @property
-    def compliance(self) -> ShearCompliance: ...
-
-
 class AddedCompliance(Protocol):
     """Additional tangential compliance by the coatings of two half-spaces (`coatings.Coatings`)."""
     def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
     def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
-    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> BorderHalfSpaces: ...
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> ShearCompliance: ...
 
 
 class RelaxingCompliance(Protocol):
     """Additional tangential compliance by the memory of bodies that relax (`relaxing.Relaxing`)."""
     def shear_tables(self, rows: int, columns: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
-    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> BorderHalfSpaces: ...
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> ShearCompliance: ...
 
 
 @dataclass(frozen=True)
@@ -61,7 +54,7 @@ class ShearCompliance:
     def near_border(self, dx: float, dy: float) -> ShearCompliance:
         """Compliance of the half-spaces that stand for the bodies within an element of dx × dy (m) at a border."""
         added = self.relaxing or self.coatings
-        return self if added is None else added.near_border(dx, dy, self.interlayer).compliance
+        return self if added is None else added.near_border(dx, dy, self.interlayer)
 
     @property
     def coupled(self) -> bool:
@@ -74,6 +67,11 @@ class ShearCompliance:
 
         In a strip that is long in y, ∂u_x/∂x = −(along/π)·⨍ τ_x/(x'−x) dx' with along = Σ (1−ν)/G."""
         return 2.0 * np.pi * self.isotropic
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* in Pa, with 1/E* = Σ (1−ν)/2G."""
+        return 2.0 / self.along
 
     @property
     def across(self) -> float:

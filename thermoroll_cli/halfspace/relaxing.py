@@ -22,8 +22,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array, Spectrum
-from thermoroll_cli.halfspace.coatings import UNCOUPLED, Coatings, NearBorder
-from thermoroll_cli.halfspace.elastic import coupling_tables, rectangle_integrals
+from thermoroll_cli.halfspace.coatings import UNCOUPLED, Coatings
+from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_tables, rectangle_integrals
 from thermoroll_cli.halfspace.relaxing_layers import Part, RelaxingLayers
 from thermoroll_cli.numerics.quadrature import gauss_points
 from thermoroll_cli.problem.problem import Layer, Material
@@ -270,12 +270,12 @@ class Relaxing:
             loss = max(loss, surface.imag / surface.real)
         return (bodies[0], bodies[1]), loss
 
-    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> NearBorder:
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> ShearCompliance:
         """Half-spaces that describe the bodies within an element of dx × dy (m): with the moduli at the frequency V/dx. Where
         much is lost in the time in which a few elements pass, no modulus does."""
         near = Coatings(*self.felt(dx)[0]).near_border(dx, dy, interlayer)
         trust = near.trust / (1.0 + (self.felt(BORDER * dx)[1] / TOLERABLE_LOSS) ** 4)
-        return replace(near, trust=trust, compliance=replace(near.compliance, trust=trust))
+        return replace(near, trust=trust)
 
     @property
     def surface_modulus(self) -> float:

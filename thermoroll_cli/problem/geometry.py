@@ -42,18 +42,11 @@ class Unsolvable(ValueError):
         self.key, self.allowed, self.other = key, allowed, other
 
 
-def roughness(points: ArrayLike) -> float:
-    """Share of neighbouring `points` of a measured profile between which the curvature changes sign; 0 of few points."""
-    chords = np.diff(np.asarray(points), axis=0)
-    if len(chords) < FEWEST_ROUGH:
-        return 0.0
-    turns = np.diff(np.unwrap(np.arctan2(chords[:, 1], chords[:, 0])))
-    return float(np.mean(turns[1:] * turns[:-1] < -(STRAIGHT**2)))
-
-
 def rough_warning(name: str, points: ArrayLike) -> Iterator[str]:
     """A warning if the profile `name` is rough at these `points`, those near its contact."""
-    if (share := roughness(points)) >= ROUGH:
+    chords = np.diff(np.reshape(points, (-1, 2)), axis=0)
+    turns = np.diff(np.unwrap(np.arctan2(chords[:, 1], chords[:, 0])))
+    if len(chords) >= FEWEST_ROUGH and (share := float(np.mean(turns[1:] * turns[:-1] < -(STRAIGHT**2)))) >= ROUGH:
         yield (f"the curvature of the profile of the {name} changes sign between {100.0 * share:.0f} % of the neighbouring "
                "points around the contact: it is rough, and so is the pressure; smoothing_mm takes short waves out of it")
 

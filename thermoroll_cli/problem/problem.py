@@ -273,6 +273,10 @@ class Wear:
     smoothing: float = 5e-3
     density: float = 7850.0
 
+    @property
+    def bodies(self) -> dict[BodyName, WornBody]:
+        return {"lower": self.lower, "upper": self.upper}
+
 
 @dataclass(frozen=True)
 class Problem:

@@ -38,7 +38,7 @@ LARGEST_RISE = 2000.0
 NO_SOLID = f"no solid stands {LARGEST_RISE:g} K with these constants"
 
 RESOLVED_BORDER = 0.5
-"""Part to which half-spaces describe a border within an element (`coatings.NearBorder.trust`), at least."""
+"""Part to which half-spaces describe a border within an element (`ShearCompliance.trust`), at least."""
 
 
 def unresolved_coatings(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:

@@ -17,7 +17,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import between_sides
 from thermoroll_cli.problem.geometry import Geometry, surfaces
-from thermoroll_cli.problem.problem import BODIES, BodyName, Numerics, Problem, Wear, WornBody, planar
+from thermoroll_cli.problem.problem import BODIES, BodyName, Numerics, Problem, Wear, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import SMALLEST_EXTENT
 from thermoroll_cli.refinement.solve import Solver
@@ -117,7 +117,7 @@ def _solved(problem: Problem, state: ContactState, result: Result) -> ContactSta
     edges = np.append(result.y - half, result.y[-1] + half)
     rates: dict[str, Array] = {
         body: state.rows.averages(edges, worn_per_passage(result.problem, worn, result.coupled.fields, dx) / worn.track_length)
-        for body, worn in worn_bodies(wear).items()}
+        for body, worn in wear.bodies.items()}
     known = {str(body): rate_errors(errors, body) if rates[body].any() else (0.0, 0.0) for body in BODIES}
     state = replace(state, result=result, rates=rates, rate_errors=known, columns=_of_result(result))
     if not result.converged:
@@ -126,10 +126,6 @@ def _solved(problem: Problem, state: ContactState, result: Result) -> ContactSta
         left = result.coupled.scalars["normal_N"]
         return replace(state, reason=f"the bodies wear apart at the given distance: {left:.3g} N are left")
     return replace(state, longest=_longest(wear, state, result))
-
-
-def worn_bodies(wear: Wear) -> dict[BodyName, WornBody]:
-    return {"lower": wear.lower, "upper": wear.upper}
 
 
 def rate_errors(errors: Mapping[str, float], body: BodyName) -> tuple[float, float]:
@@ -184,7 +180,7 @@ def _longest(wear: Wear, state: ContactState, result: Result) -> float:
     if not rates.any():
         return 0.0
     fields, dy = result.coupled.fields, float(result.y[1] - result.y[0])
-    steepest = max(wear_steepness(result.problem, worn, fields) for worn in worn_bodies(wear).values())
+    steepest = max(wear_steepness(result.problem, worn, fields) for worn in wear.bodies.values())
     pressure = np.interp(state.rows.y, result.y, fields["pressure"].max(axis=0), left=0.0, right=0.0)
     loaded = pressure > LIGHT * pressure.max()
     fastest = float((rates[loaded] / pressure[loaded]).max())
@@ -196,7 +192,7 @@ def _longest(wear: Wear, state: ContactState, result: Result) -> float:
 def _columns(wear: Wear, state: ContactState) -> Columns:
     """Passages and what is worn off each body; the volume is what this contact has worn off."""
     found: Columns = {}
-    for body, worn in worn_bodies(wear).items():
+    for body, worn in wear.bodies.items():
         if math.isfinite(worn.track_length):
             found[f"cycles_{body}"] = state.distance / worn.track_length, None
         found |= state.wear_columns(body, wear.density, worn.track_length)

@@ -13,6 +13,7 @@ from typing import Any
 
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case, solvable
+from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.files.result.hdf5 import file_image
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem, Wear
@@ -26,7 +27,7 @@ from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 from thermoroll_cli.worn.evolution import ContactState, evolution
 from thermoroll_cli.worn.service import outlines_of, positions_of, service, worn_outlines
 from thermoroll_cli.worn.steps import WearState, reached
-from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, table, worn_case, write_group, write_profiles
+from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, worn_case, write_group, write_profiles
 
 LAYOUT = 2
 """Raised whenever records of the journal change."""
@@ -109,8 +110,10 @@ def wear(
             journal.update()
             records = [journal[str(step)] for step in range(state.steps + 1)]
             reason = state.reason or ("" if reached(asked, state) else "nothing slips, so nothing wears")
-            done = Evolution(case, tuple(record["row"] for record in records), Snapshots.of(task, asked, records),
-                             _outlines(task, state), _last_result(case, state, threads), reason)
+            new = outlines_of(task) if isinstance(task, WheelsetProblem) else {}
+            outlines = {name: (outline.points, outline.worn) for name, outline in worn_outlines(new, state).items()}
+            done = Evolution(case, tuple(record["row"] for record in records), Snapshots.of(task, asked, records), outlines,
+                             _last_result(case, state, threads), reason)
             return done if folder is None else replace(done, files=_written(done, place, state, command_line))
 
 
@@ -134,12 +137,6 @@ def _states(task: Problem | WheelsetProblem, positions: list[tuple[float, Wheels
     return evolution(task, start, threads=threads)
 
 
-def _outlines(task: Problem | WheelsetProblem, state: WearState) -> dict[str, tuple[Points, Points]]:
-    if not isinstance(task, WheelsetProblem):
-        return {}
-    return {name: (outline.points, outline.worn) for name, outline in worn_outlines(outlines_of(task), state).items()}
-
-
 def _last_result(case: Case, state: WearState, threads: int) -> Result | None:
     """The result with the profiles of `state` and the worn case."""
     worn = worn_case(case, state)
@@ -157,7 +154,9 @@ def _last_result(case: Case, state: WearState, threads: int) -> Result | None:
 def _written(done: Evolution, folder: pathlib.Path, state: WearState, command_line: str) -> tuple[pathlib.Path, ...]:
     stem = folder / f"{done.case.name}_wear"
     files = [stem.with_suffix(".csv")]
-    write_bytes(files[0], table(done.rows))
+    names = list(done.rows[0])
+    rows = ([f"{row.get(name, math.nan):.7g}" for name in names] for row in done.rows)
+    write_bytes(files[0], csv_text(names, rows).encode())
     if done.result is not None:
         files.append(stem.with_suffix(".h5"))
         write_bytes(files[1], file_image(done.result, command_line, more=lambda file:

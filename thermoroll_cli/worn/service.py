@@ -18,7 +18,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.problem import BodyName, Wear, WornBody, planar
+from thermoroll_cli.problem.problem import BodyName, Wear, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import passed_on
 from thermoroll_cli.steady_state.scalars import worn_per_passage
@@ -27,7 +27,7 @@ from thermoroll_cli.tasks.runner import Item, Workers, run
 from thermoroll_cli.wheelset.conicity import NOMINAL, conicity_of
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
-from thermoroll_cli.worn.evolution import rate_errors, worn_bodies
+from thermoroll_cli.worn.evolution import rate_errors
 from thermoroll_cli.worn.outlines import ROW, Outline, flange, worn_off
 from thermoroll_cli.worn.steps import Columns, WearState, steps_of
 
@@ -132,10 +132,11 @@ class Stand:
 
 def depths_of(result: Result, outlines: Mapping[str, Outline]) -> dict[str, Array]:
     """Depth (m) that one passage wears off the rows of each outline."""
-    found = {}
+    wear, found = result.problem.wear, {}
+    assert wear is not None
     for name, outline in outlines.items():
         worn = [worn_off(outline, result.lines[name], patch, worn_per_passage(
-            patch.problem, _worn_body(patch.problem.wear, name), patch.coupled.fields, float(patch.x[1] - patch.x[0])))
+            patch.problem, wear.bodies[_body_of(name)], patch.coupled.fields, float(patch.x[1] - patch.x[0])))
                 for patch in _patches(result, name)]
         found[name] = np.sum([np.zeros(len(outline.depth)), *worn], axis=0)
     return found
@@ -156,12 +157,6 @@ def _patches(result: Result, name: str) -> list[Result]:
 
 def _body_of(name: str) -> BodyName:
     return BODY_OF[name.partition("_")[0]]
-
-
-def _worn_body(wear: Wear | None, name: str) -> WornBody:
-    """How an outline wears."""
-    assert wear is not None
-    return worn_bodies(wear)[_body_of(name)]
 
 
 def service(positions: list[tuple[float, WheelsetProblem]], start: WearState | None, journal: Journal, workers: Workers,
@@ -229,7 +224,7 @@ def _of_results(weights: list[float], found: Sequence[Mapping[str, tuple[float, 
 def track_length(problem: WheelsetProblem, wear: Wear, name: str) -> float:
     """Distance (m) rolled between two passages of a point: given, or the nominal circumference of the wheel itself."""
     body, _, side = name.partition("_")
-    given = _worn_body(wear, name).track_length
+    given = wear.bodies[_body_of(name)].track_length
     if body == "wheel" and given == 2.0 * math.pi * planar(problem.contact).upper_radius_x:
         return 2.0 * math.pi * problem.wheels["left" if side == "left" else "right"].radius
     return given

@@ -14,7 +14,6 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.problem.geometry import surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Wear, planar
 from thermoroll_cli.steady_state.scalars import sliding
@@ -61,11 +60,6 @@ def resumed(journal: Mapping[str, Record]) -> WearState | None:
     cold = STEPS_FROM_COLD if steps and "rows" in journal[str(steps[0])] else 1
     last = max((step for step in steps if step % cold == 0), default=0)
     return state_of(journal[str(last)]) if last else None
-
-
-def table(rows: Sequence[Record]) -> bytes:
-    """The rows as CSV, the errors last."""
-    return csv_text(rows[0], ([f"{row.get(name, np.nan):.7g}" for name in rows[0]] for row in rows)).encode()
 
 
 @dataclass(frozen=True)
