@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -62,7 +62,7 @@ class Coatings:
     @property
     def _layered(self) -> list[tuple[float, LayeredBody]]:
         """Sign of the coupling (`elastic.coupling_tables`), and body."""
-        return [(sign, _body(body)) for sign, body in ((-1.0, self.lower), (1.0, self.upper)) if body.layers]
+        return [(sign, LayeredBody.of(body)) for sign, body in ((-1.0, self.lower), (1.0, self.upper)) if body.layers]
 
     def normal_table(self, nx: int, ny: int, dx: float, dy: float) -> Array:
         """To be added to `elastic.normal_table`."""
@@ -80,7 +80,7 @@ class Coatings:
 
     def _tables(self, kind: TableKind, nx: int, ny: int, dx: float, dy: float) -> list[Array]:
         """Sums over both bodies."""
-        of_bodies = ([table * (sign if kind == "coupling" else 1.0) for table in _tables(body, kind, (nx, ny), dx, dy)]
+        of_bodies = ([table * (sign if kind == "coupling" else 1.0) for table in body.tables(kind, (nx, ny), dx, dy)]
                      for sign, body in self._layered)
         return [np.asarray(sum(tables)) for tables in zip(*of_bodies, strict=True)]
 
@@ -172,14 +172,3 @@ def _seen(body: Material, size: float) -> tuple[Material, float]:
                             share * top.poisson_ratio + (1.0 - share) * below.poisson_ratio)
         trust = 0.0
     return material, 1.0 - (1.0 - min(trust, 1.0)) * contrast
-
-
-@lru_cache(maxsize=16)
-def _body(material: Material) -> LayeredBody:
-    return LayeredBody.of(material)
-
-
-@lru_cache(maxsize=40)
-def _tables(body: LayeredBody, kind: TableKind, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, ...]:
-    """Tables do not depend on load and motion: points of a sweep share them."""
-    return body.tables(kind, shape, dx, dy)

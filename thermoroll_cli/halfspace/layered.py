@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import accumulate
 from typing import Literal
 
@@ -262,10 +262,11 @@ class LayeredBody:
     layers: tuple[Layer, ...]
     substrate: tuple[float, float]
 
-    @classmethod
-    def of(cls, material: Material) -> LayeredBody:
+    @staticmethod
+    @lru_cache(maxsize=16)
+    def of(material: Material) -> LayeredBody:
         """The layers of `material` on their body."""
-        return cls(material.layers, (material.youngs_modulus, material.poisson_ratio))
+        return LayeredBody(material.layers, (material.youngs_modulus, material.poisson_ratio))
 
     @property
     def thickness(self) -> float:
@@ -294,6 +295,7 @@ class LayeredBody:
                    "coupling": (1, c.tn)}
         return RadialFunctions.of(symbols, self.wave_numbers(), self.thickness)
 
+    @lru_cache(maxsize=32)  # noqa: B019 - points of a sweep share them, and few bodies are kept
     def tables(self, kind: TableKind, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, ...]:
         """u_z under p ("normal"); u_x under q_x, u_y under q_y, u_x under q_y ("shear"); u_x and u_y under p ("coupling")."""
         parts = {"normal": [("normal", "even")], "coupling": [("coupling", "cos"), ("coupling", "sin")],

@@ -58,13 +58,25 @@ class LayeredHeat:
 
     body: Material
 
+    @lru_cache(maxsize=48)  # noqa: B019 - few bodies are kept
     def table(
         self, quantity: LayeredQuantity, shape: tuple[int, int], sizes: tuple[float, float], speed: tuple[float, float], *,
         slope: bool = False,
     ) -> Array:
         """"temperature" (K) and "expansion" (m, outward; without motion up to a constant) of the surface less those of a
         half-space of the top material, and the whole temperature of the "interface" below the uppermost layer."""
-        return _table(self, quantity, shape, sizes, speed, slope)
+        largest = LARGEST / self.body.layers[0].thickness
+        kx, along = _oscillations(shape[0], sizes[0], largest, moment=slope)
+        ky, across = _oscillations(shape[1], sizes[1], largest)
+        symbol = {"temperature": self.temperature_symbol, "interface": self.interface_symbol,
+                  "expansion": self.expansion_symbol}[quantity]
+        x, y = np.meshgrid(kx, ky, indexing="ij")
+        scale = sizes[0] * sizes[1] / (2.0 * math.pi**2)
+        onward = along @ symbol(x, y, speed)
+        if speed[1] == 0.0:
+            half = 2.0 * scale * onward.real @ across[shape[1] - 1 :].real.T
+            return np.concatenate((half[:, :0:-1], half), axis=1)
+        return np.asarray(scale * (onward @ across.T + (along @ symbol(x, -y, speed)) @ across.conj().T).real)
 
     @cached_property
     def _traces(self) -> scipy.interpolate.BSpline:
@@ -140,25 +152,6 @@ def thermal_constants(material: Material | Layer) -> tuple[float, float, float]:
 
 def _drift(kx: Array, ky: Array, speed: tuple[float, float]) -> Complex:
     return np.asarray(1j * (kx * speed[0] + ky * speed[1]))
-
-
-@lru_cache(maxsize=48)
-def _table(
-    body: LayeredHeat, quantity: LayeredQuantity, shape: tuple[int, int], sizes: tuple[float, float],
-    speed: tuple[float, float], slope: bool,
-) -> Array:
-    largest = LARGEST / body.body.layers[0].thickness
-    kx, along = _oscillations(shape[0], sizes[0], largest, moment=slope)
-    ky, across = _oscillations(shape[1], sizes[1], largest)
-    symbol = {"temperature": body.temperature_symbol, "interface": body.interface_symbol,
-              "expansion": body.expansion_symbol}[quantity]
-    x, y = np.meshgrid(kx, ky, indexing="ij")
-    scale = sizes[0] * sizes[1] / (2.0 * math.pi**2)
-    onward = along @ symbol(x, y, speed)
-    if speed[1] == 0.0:
-        half = 2.0 * scale * onward.real @ across[shape[1] - 1 :].real.T
-        return np.concatenate((half[:, :0:-1], half), axis=1)
-    return np.asarray(scale * (onward @ across.T + (along @ symbol(x, -y, speed)) @ across.conj().T).real)
 
 
 def _oscillations(count: int, size: float, largest: float, *, moment: bool = False) -> tuple[Array, Complex]:

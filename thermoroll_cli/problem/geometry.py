@@ -14,7 +14,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from thermoroll_cli.arrays import Array
 
@@ -330,17 +330,12 @@ class Surface:
 
     def height(self, y: Array) -> Array:
         """Height out of the body in m; −inf where there is no material."""
-        y = np.asarray(y, dtype=float)
-        inside = self.holds(y)
-        return np.where(inside, self.shape(np.clip(y, *self.ends), 0), -math.inf)
+        inside = np.clip(np.asarray(y, dtype=float), *self.ends)
+        return np.where(inside == y, self.shape(inside, 0), -math.inf)
 
     def slope(self, y: Array) -> Array:
         """Slope of the height; that of the end beyond it."""
         return self.shape(np.clip(np.asarray(y, dtype=float), *self.ends), 1)
-
-    def holds(self, y: Array) -> NDArray[np.bool_]:
-        """Whether there is material at y."""
-        return np.asarray((y >= self.ends[0]) & (y <= self.ends[1]))
 
     def bend(self, y: Array) -> Array:
         """Height over the tangent at y = 0, in m; that of the end beyond it."""

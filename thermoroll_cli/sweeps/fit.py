@@ -16,7 +16,6 @@ import os
 import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import chain, combinations, repeat
 from typing import Any
 
@@ -219,10 +218,6 @@ class _Model:
     report: Callable[[int], None] = lambda count: None
     _known: dict[bytes, tuple[Array, Array, list[str]]] = field(default_factory=dict)
 
-    @cached_property
-    def _text(self) -> str:
-        return self.case.to_toml()
-
     def at(self, numbers: Sequence[Array]) -> list[tuple[Array, Array, list[str]]]:
         """For each vector of fitted numbers (n,): computed values and their estimated errors, both (scalars, points), and the
         reason for each point without a steady state."""
@@ -232,7 +227,7 @@ class _Model:
         keys = [*(free.key for free in self.free), *varied]
         different = list(dict.fromkeys(map(tuple, rows)))
         axes = tuple(Axis(key, column) for key, column in zip(keys, zip(*different, strict=True), strict=True))
-        points = Points(self._text, self.case.name, self.case.name, axes, self.settings, listed=True, origin="fit")
+        points = Points(self.case.to_toml(), self.case.name, self.case.name, axes, self.settings, listed=True, origin="fit")
         points = points.with_one_decision()
         # A vector is a batch, so that the values do not depend on who computes them.
         batches = [range(first, min(first + count, len(different) + 1)) for first in range(1, len(different) + 1, count)]
