@@ -12,7 +12,6 @@ import pytest
 from tests.support.cases import findings, parse
 from tests.support.command_line import THERMAL
 from tests.support.scenes import reference
-from thermoroll_cli.halfspace import layered_thermal
 from thermoroll_cli.halfspace.layered_thermal import LayeredHeat
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_at_depths, temperature_table
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
@@ -183,9 +182,9 @@ def test_estimates_cover_what_finer_grids_change(layer: Layer, speed: float, pec
 def test_points_of_a_sweep_share_the_tables() -> None:
     body = replace(STEEL, layers=(CARBON,))
     solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16))))
-    built = layered_thermal._table.cache_info().misses
+    built = LayeredHeat.table.cache_info().misses
     solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16)), friction=Friction(0.05)))
-    assert layered_thermal._table.cache_info().misses == built
+    assert LayeredHeat.table.cache_info().misses == built
 
 
 @pytest.mark.parametrize("changed", [{"heating": Heating(peclet="sliding")}, {"subsurface": SubsurfaceRequest()}], ids=str)
