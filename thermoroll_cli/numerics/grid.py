@@ -70,7 +70,8 @@ def interpolation_matrix(source: Array, target: Array) -> Array:
     n = len(source)
     if n == 1:
         return np.ones((len(target), 1))
-    position = np.clip((target - source[0]) / (source[1] - source[0]), 0.0, n - 1.0)
+    # Rounded: between equal grids nothing changes, zeros least of all.
+    position = np.clip(np.round((target - source[0]) / (source[1] - source[0]), 9), 0.0, n - 1.0)
     left = np.minimum(position.astype(int), n - 2)
     weight = position - left
     rows = np.arange(len(target))

@@ -12,10 +12,10 @@ from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.numerics.grid import Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.refinement.level import Level, begun_on, better_domain, returns
-from thermoroll_cli.refinement.neighbours import on_grid, predicted
+from thermoroll_cli.refinement.neighbours import at_place, predicted
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
-from thermoroll_cli.steady_state.fixed_point import HEAT, MIXING_DEPTH, Fields, Learnt, fixed_point, unknowns_of
+from thermoroll_cli.steady_state.fixed_point import HEAT, MIXING_DEPTH, Fields, Learnt, SteadyState, fixed_point, unknowns_of
 from thermoroll_cli.steady_state.iteration import friction_before_heat
 from thermoroll_cli.steady_state.scalars import reported_state
 
@@ -33,31 +33,40 @@ PREDICTED = 1e-3
 def refine(
     plan: Plan, usual: Discretisation, levels: Sequence[Level], last: Sequence[Level], cold: Level | None = None
 ) -> Level:
-    """The state on the next grid, that of `usual`, after the coarser ones in `levels`; `last` are those of the last problem.
+    """The state on the next grid, that of `usual`, after the coarser ones in `levels`; `last` are those of the last problems.
 
     With thermal deformation, if the state without it is given (`cold`, on the same grid). The state starts from what the last
-    problem predicts, else from the coarser grid, else from the `cold` one, else from Hertz's pressure and full stick."""
+    problems predict, else from the coarser grid, else from the `cold` one, else from Hertz's pressure and full stick."""
     begun, transforms = time.perf_counter(), counted.transforms
-    coarse, before = levels[-1] if levels else None, on_grid(last, usual.grid.shape, plan.extent)
-    here, source = usual, before
-    guess = predicted(usual, before, coarse, None if coarse is None else on_grid(last, coarse.here.grid.shape, plan.extent))
-    if guess is None:
-        here, source = begun_on(usual, coarse), coarse
-        guess = None if (known := coarse or cold) is None else carried(here, known.here, known.contact)
-    guess = first_guess(here, guess, hot=cold is not None)
-    tolerances, balanced = tolerances_on(plan, here), coarse is not None and cold is not None and coarse.stays_balanced
-    residual = PREDICTED if coarse is not None and source is before else None
-    state = fixed_point(here, guess, tolerances, balanced=balanced, learnt=learnt(source, here, guess, balanced, residual))
+    coarse, tolerances, hot = levels[-1] if levels else None, tolerances_on(plan, usual), cold is not None
+
+    def found(here: Discretisation, guess: Contact | None, source: Level | None, balanced: bool) -> SteadyState:
+        """The state on `here`, from what the last problems predict there, else from `guess`, what `source` knows."""
+        neighbour = predicted(here, coarse, last)
+        if neighbour is not None:
+            before, residual = at_place(last, here.place)[0], None if coarse is None else PREDICTED
+            start = first_guess(here, neighbour, hot=hot)
+            state = fixed_point(here, start, tolerances, balanced=balanced,
+                                learnt=learnt(before, here, start, balanced, residual))
+            if not (hot and state.touches_rim):
+                return state  # else the domain that follows would depend on neighbours
+        start = first_guess(here, guess, hot=hot)
+        return fixed_point(here, start, tolerances, balanced=balanced, learnt=learnt(source, here, start, balanced, None))
+
+    here = begun_on(usual, coarse)
+    known = coarse or cold
+    guess = None if known is None else carried(here, known.here, known.contact)
+    state = found(here, guess, coarse, hot and coarse is not None and coarse.stays_balanced)
     shrunk = settled = False
-    for _ in range(here.options.most_moves if cold is not None else 0):
+    for _ in range(here.options.most_moves if hot else 0):
         # A contact that turns out larger than it seemed keeps the room that it then gets.
         settled = settled or (shrunk and state.touches_rim)
         moved = better_domain(here, state, smaller=not settled)
         if moved is None:
             break
         shrunk = not state.touches_rim
-        guess = first_guess(moved, carried(moved, here, state.contact), hot=True)
-        here, state = moved, fixed_point(moved, guess, tolerances, balanced=state.balanced and state.converged)
+        guess = carried(moved, here, state.contact)
+        here, state = moved, found(moved, guess, None, state.balanced and state.converged)
     if returns(usual, here, state):
         guess = first_guess(usual, carried(usual, here, state.contact), hot=True)
         back = fixed_point(usual, guess, tolerances, balanced=state.balanced)

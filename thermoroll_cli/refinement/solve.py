@@ -11,7 +11,7 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import Resolution, estimates, missed_accuracy
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
-from thermoroll_cli.refinement.neighbours import on_grid
+from thermoroll_cli.refinement.neighbours import at_place
 from thermoroll_cli.refinement.outcome import refining_both, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refine import refine
@@ -42,8 +42,8 @@ class Solver:
         self.threads = threads
         self.options = options or SolverOptions()
         self.last: tuple[list[Level], list[Level]] = ([], [])
-        """Levels of the last problem that was solved, without and with thermal deformation; the latter not on a domain that has
-        followed its contact."""
+        """Levels of the last problem that was solved, and the coarsest one of the problem before, without and with thermal
+        deformation."""
         self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
@@ -74,11 +74,6 @@ class Solver:
         plan = make_plan(problem, alone=not self.options.sequence)
         while True:
             cold, hot = self._levels(plan, report)
-            follows = any(level.here.followed is not None for level in hot)
-            if follows and self.last[1]:
-                # Its place is that of single elements on coarse grids: it must not depend on neighbours.
-                self.last = self.last[0], []
-                continue
             if plan.widest or not (cold[-1].touches_rim or hot[-1].touches_rim):
                 break
             plan = plan.wider()
@@ -87,7 +82,7 @@ class Solver:
         result = result_of(plan, cold, hot, extrapolated=self.options.extrapolated and all_converged)
         result = with_subsurface(result, plan, hot)
         if result.converged:
-            self.last = cold, [] if follows else hot
+            self.last = [*cold, *self.last[0][:1]], [*hot, *self.last[1][:1]]
         return result
 
     def _levels(self, plan: Plan, report: Report) -> tuple[list[Level], list[Level]]:
@@ -111,9 +106,9 @@ class Solver:
 
     def _discretisation(self, plan: Plan, shape: tuple[int, int], cold: Sequence[Level]) -> Discretisation:
         """The next grid after those of the levels `cold`, with kernels and tables of the last problem where they serve."""
-        last = on_grid(self.last[0], shape, plan.extent)
+        last = at_place(self.last[0], (shape, plan.extent))
         return Discretisation(plan.derived, shape, plan.extent, self.threads, self.options,
-                              coarser=cold[-1].here if cold else None, before=last.here if last else None)
+                              coarser=cold[-1].here if cold else None, before=last[0].here if last else None)
 
 
 def _accurate_enough(plan: Plan, levels: list[Level]) -> bool:

@@ -87,6 +87,15 @@ class Discretisation:
                                        derived.relaxing)
         self.responses = HeatResponses(self.grid, None if before is None else before.responses.tables)
 
+    @property
+    def place(self) -> tuple[object, ...]:
+        """The grid in Hertz's units: places are equal on grids whose elements correspond, also of different problems."""
+        if self.followed is None:
+            return self.grid.shape, self.extent
+        a, b = self.derived.scales.semi_axis_x, self.derived.scales.semi_axis_y
+        units = Domain(a, b, b, a)
+        return self.grid.shape, *(round(float(size / unit), 9) for size, unit in zip(self.followed, units, strict=True))
+
     def has_kernels_of(self, derived: DerivedQuantities) -> bool:
         """True if the solvers also serve another problem on this grid: the same bodies and gap, pressed together in the same
         way to the same isothermal pressure."""
