@@ -12,19 +12,6 @@ import time
 from collections.abc import Iterator
 from typing import BinaryIO
 
-_EXPLANATIONS = {
-    errno.ENOSPC: "no space left on the device",
-    errno.EDQUOT: "the disk quota is used up",
-    errno.EROFS: "the file system is read-only",
-    errno.EACCES: "permission denied",
-    errno.EPERM: "permission denied",
-    errno.ENOENT: "the folder does not exist",
-    errno.ENOTDIR: "a part of the path is a file, not a folder",
-    errno.EISDIR: "that is a folder",
-    errno.EFBIG: "the file would be larger than allowed",
-    errno.ENAMETOOLONG: "the name is too long",
-}
-
 ABANDONED_SECONDS = 60.0
 """A temporary file is written without a pause, and renamed at once."""
 
@@ -33,8 +20,7 @@ class WriteError(OSError):
     """A file could not be written; the message names it and says why. Nothing was left behind."""
 
     def __init__(self, path: pathlib.Path, cause: OSError) -> None:
-        reason = _EXPLANATIONS.get(cause.errno or 0, cause.strerror or str(cause))
-        super().__init__(f"cannot write {path}: {reason}")
+        super().__init__(f"cannot write {path}: {cause.strerror or cause}")
         self.errno = cause.errno
         self.path = path
 

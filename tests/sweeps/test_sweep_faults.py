@@ -262,13 +262,13 @@ def test_a_full_disk_keeps_what_was_finished(case: Path, folder: Path, monkeypat
 
     def full(path: Path, content: bytes) -> None:
         if path.stem == "spheres_0003":
-            raise WriteError(path, OSError(errno.ENOSPC, ""))
+            raise WriteError(path, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
         good(path, content)
 
     monkeypatch.setattr(journal, "write_bytes", full)
     done = call("sweep", case, *OVER, "-o", folder)
     assert (done.returncode, done.stdout) == (5, "")
-    assert "spheres_0003.h5: no space left on the device" in done.stderr
+    assert "spheres_0003.h5: No space left on device" in done.stderr
     assert sorted(path.name for path in folder.iterdir()) == ["spheres_0001.h5", "spheres_0002.h5", "sweep.csv", "sweep.jsonl"]
     assert len(rows(folder)) == 2
 
@@ -280,7 +280,7 @@ def test_a_full_disk_and_scalars_only(case: Path, folder: Path) -> None:
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000)),
         env=environment(UNCOMPILED), capture_output=True, text=True, timeout=PATIENCE,
     )  # fmt: skip
-    assert done.stderr == f"thermoroll: error: cannot write {folder / 'sweep.h5'}: the file would be larger than allowed\n"
+    assert done.stderr == f"thermoroll: error: cannot write {folder / 'sweep.h5'}: File too large\n"
     assert (done.returncode, sorted(path.name for path in folder.iterdir())) == (5, ["sweep.csv", "sweep.jsonl"])
 
 
@@ -291,7 +291,7 @@ def test_a_full_disk_in_another_process(case: Path, folder: Path) -> None:
         env=environment(UNCOMPILED), capture_output=True, text=True, timeout=PATIENCE,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (5, "")
-    assert "spheres_0001.h5: the file would be larger than allowed" in done.stderr
+    assert "spheres_0001.h5: File too large" in done.stderr
     assert not list(folder.glob("*.h5"))
 
 

@@ -63,7 +63,9 @@ def sweep(
     before the first is solved. A point that fails becomes a row with its reason, the sweep goes on, and the exit code is
     4. The results are the same whatever --jobs, --dask and --resume.
     """
-    overrides, theories = options.parse_overrides(settings), _theories(compare)
+    overrides, theories = options.parse_overrides(settings), options.words(compare)
+    if unknown := next((name for name in theories if name not in THEORIES), None):
+        raise typer.BadParameter(f"there are {', '.join(THEORIES)}, not {unknown!r}", param_hint="--compare")
     axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
     with options.usage("--measured"):
         measured = None if data is None else Measured.read(data)
@@ -144,14 +146,6 @@ def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple
 
     with progress:
         return sweep.run(report=report, note=progress.note), failures
-
-
-def _theories(text: str) -> tuple[str, ...]:
-    """The theories to compare with. Ends the program (usage) for an unknown one."""
-    names = options.words(text)
-    if unknown := next((name for name in names if name not in THEORIES), None):
-        raise typer.BadParameter(f"there are {', '.join(THEORIES)}, not {unknown!r}", param_hint="--compare")
-    return names
 
 
 def _draw(

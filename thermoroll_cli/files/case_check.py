@@ -50,8 +50,6 @@ SOURCES = (
            "a text file with the columns frequency_Hz, storage_GPa, loss_GPa"),
     Source(model.WearTable, "positions_file", "positions", read_positions),
 )  # fmt: skip
-LEFT_OUT_MATTERS = ("thermal", "subsurface")
-"""Tables that mean something by not being there."""
 
 _MESSAGES = {
     "float_type": "must be a number",
@@ -125,7 +123,8 @@ class _Checker:
         elif name in self.content:
             self._note((name,), "must be a table", allowed=f"a table [{name}]", hint=_missing_table(name, field))
         elif not field.is_required():
-            self.sections[name] = None if name in LEFT_OUT_MATTERS else field.default
+            # Some tables mean something by not being there.
+            self.sections[name] = None if name in ("thermal", "subsurface") else field.default
         elif name not in self._meant((), self.content):
             self._note((name,), f"the table [{name}] is missing", hint=_missing_table(name, field))
 

@@ -94,7 +94,7 @@ class CaseSource:
         place = self.places[known]
         exact = known == path and place.value != place.key
         span = place.value if exact and not at_key else place.key
-        line_text = self._lines[span.line - 1]
+        line_text = self.text.split("\n")[span.line - 1]
         value = shortened(line_text[span.column - 1 :][: span.length]) if exact and not at_key else ""
         return Finding(message, key, value, allowed, hint, self.name, span, line_text)
 
@@ -112,10 +112,6 @@ class CaseSource:
     def places(self) -> dict[KeyPath, Place]:
         """Where each key stands, looked up when the first error asks."""
         return Places(self.text).found if self.located else {}
-
-    @cached_property
-    def _lines(self) -> list[str]:
-        return self.text.split("\n")
 
 
 def read_source(path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> CaseSource:

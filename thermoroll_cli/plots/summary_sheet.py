@@ -99,7 +99,13 @@ def summary_figure(frame: RunFrame) -> Figure:
         axes.set_xlabel(flow_label(frame))
     style.add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
     style.add_legend(figure, lines, at=(start + 0.5 * room, height - below_cuts), width=room)
-    _write_table(figure, rows, remarks, height)
+    # Words, values without deformation, values and errors, each column one text.
+    top, places = height - HEADLINE - TITLE, ((0, "left"), (80, "right"), (100, "right"), (101, "left"))
+    for texts, (beside, edge) in zip(zip(*rows, strict=True), places, strict=True):
+        figure.text((TABLE + beside * style.MM) / WIDTH, top / height, "\n".join(texts), ha=edge, va="top", fontsize=LETTERS,
+                    parse_math=False)
+    figure.text(TABLE / WIDTH, (top - (len(rows) + 1) * ROW) / height, "\n".join(remarks), va="top", fontsize=LETTERS - 0.5,
+                color="0.25", parse_math=False)
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, map_note(frame, whole=False))
     return figure
 
@@ -141,17 +147,6 @@ def _words(scalar: Scalar, hertz: bool) -> str:
     words = scalar.meaning_of(hertz=hertz)
     words = scalar.brief or words if len(words) > 40 else words
     return f"{words} ({scalar.unit})" if scalar.unit else words
-
-
-def _write_table(figure: Figure, rows: list[Row], remarks: list[str], height: float) -> None:
-    """Columns of words, values without deformation, values and errors, each one text, and the remarks below them."""
-    top = height - HEADLINE - TITLE
-    places = (0, "left"), (80, "right"), (100, "right"), (101, "left")
-    for column, (beside, side) in zip(zip(*rows, strict=True), places, strict=True):
-        figure.text((TABLE + beside * style.MM) / WIDTH, top / height, "\n".join(column), ha=side, va="top", fontsize=LETTERS,
-                    parse_math=False)
-    figure.text(TABLE / WIDTH, (top - (len(rows) + 1) * ROW) / height, "\n".join(remarks), va="top", fontsize=LETTERS - 0.5,
-                color="0.25", parse_math=False)
 
 
 def _remarks(frame: RunFrame) -> list[str]:
