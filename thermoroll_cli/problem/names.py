@@ -74,11 +74,6 @@ class Scalar:
         largest = "_max_" in self.name or self.scale == "stress below" or self.name.startswith("fatigue_index")
         return max if largest else None
 
-    @property
-    def in_axes(self) -> bool:
-        """Whether its sign depends on the axes of the contact."""
-        return bool(self.vanishes) or self.scale in ("force", "moment", "resultant", "creepage", "spin")
-
 
 @dataclass(frozen=True)
 class Field:
@@ -462,8 +457,10 @@ PATCH_SCALARS = _named(
 )  # fmt: skip
 PATCH_SCALARS |= {name: replace(scalar, listed=scalar.listed or name in ALSO_LISTED)
                   for name, scalar in (SCALARS | SUBSURFACE_SCALARS).items()
-                  if not scalar.in_axes and name not in PATCH_SCALARS}
-"""Scalars of a patch of a wheelset, in track axes, in the order they are reported."""
+                  if not (scalar.vanishes or scalar.scale in ("force", "moment", "resultant", "creepage", "spin"))
+                  and name not in PATCH_SCALARS}
+"""Scalars of a patch of a wheelset, in track axes, in the order they are reported: those of a contact but for signs that depend
+on its own axes."""
 
 ALL_SCALARS = SCALARS | PROBLEM_SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS
 

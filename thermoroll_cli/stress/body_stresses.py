@@ -43,7 +43,7 @@ class EquivalentStresses:
         """Keep the equivalent stresses of one depth, from stresses (6, nx, columns)."""
         self.von_mises[index] = von_mises(stress)
         self.principal[index] = first_principal(stress)
-        self.shear_range[index] = row_ranges(stress[4])
+        self.shear_range[index] = _row_maxima(stress[4]) + _row_maxima(-stress[4])
 
 
 @dataclass
@@ -320,12 +320,8 @@ def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirr
     return best
 
 
-def row_ranges(values: AnyArray) -> AnyArray:
-    """Largest minus smallest of `values` (nx, ny) along x, between elements by parabolas; (ny,)."""
-    return _row_maxima(values) + _row_maxima(-values)
-
-
 def _row_maxima(values: AnyArray) -> AnyArray:
+    """Largest of `values` (nx, ny) along x, between elements by parabolas; (ny,)."""
     top = np.clip(np.argmax(values, axis=0), 1, len(values) - 2)
     columns = np.arange(values.shape[1])
     before, here, after = (values[top + i, columns] for i in (-1, 0, 1))

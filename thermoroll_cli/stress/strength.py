@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -181,7 +182,7 @@ class StrengthCollector:
         """Scalars in the units of their names (`SUBSURFACE_SCALARS`), nan where no depth counts."""
         scalars: dict[str, float] = {}
         for name, (surface, below) in self.peaks(every).items():
-            strongest = stronger(surface, below)
+            strongest = max(below, surface, key=attrgetter("value"))
             scalars[f"{name}_{body}_MPa"] = strongest.value * 1e-6 or math.nan
             if not name.startswith("elastic"):
                 scalars[f"{name}_below_{body}_MPa"] = below.value * 1e-6 or math.nan
@@ -197,7 +198,7 @@ class StrengthCollector:
             names |= {f"{name}_surface_{body}_MPa"}
             if below.z <= near:
                 names |= {f"{name}_below_{body}_MPa"}
-            if stronger(surface, below).z <= near:
+            if max(below, surface, key=attrgetter("value")).z <= near:
                 names |= {f"{name}_{body}_MPa", depth_name(name, body)}
         return names
 
@@ -213,11 +214,6 @@ def shear_yields(body: Material, own: float, depths: Array) -> Array:
     for face, layer in reversed(list(zip(body.interfaces, body.layers, strict=True))):
         yields[depths <= face] = layer.shear_yield or math.inf
     return yields
-
-
-def stronger(surface: Peak, below: Peak) -> Peak:
-    """The larger of two peaks; the one below the surface if both are equal."""
-    return below if below.value >= surface.value else surface
 
 
 def depth_name(quantity: str, body: str) -> str:

@@ -107,12 +107,6 @@ class StressTransforms:
         self.columns = grid.ny // 2 if mirrored else grid.ny
         """Number of columns in the results: the last ones of the grid."""
 
-    def second_differences(self, along: float, across: float) -> Array:
-        """Spectrum (py//2+1, px) of second differences along x and along y with these weights."""
-        px, py = self.plane.px, self.plane.py
-        angle_x, angle_y = 2.0 * np.pi * np.arange(px) / px, 2.0 * np.pi * np.arange(self.plane.half) / py
-        return np.asarray(2.0 * along * (np.cos(angle_x) - 1.0)[None, :] + 2.0 * across * (np.cos(angle_y) - 1.0)[:, None])
-
     def back(self, spectra: list[Spectrum], odd: tuple[bool, ...]) -> Array:
         """Fields (n, nx, columns) of `spectra`, some of them `odd` in y.
 
@@ -174,11 +168,13 @@ class Sharpened:
 
     def below(self, depth: float) -> Spectrum:
         """For stresses at this depth in m."""
-        grid = self._transforms.grid
+        grid, plane = self._transforms.grid, self._transforms.plane
         weights = averaging(depth / grid.dx), averaging(depth / grid.dy)
         if weights != self._weights:
             along, across = self._weights = weights
-            self._sharp = self._spectrum - self._spectrum * self._transforms.second_differences(along, across)
+            x, y = 2.0 * np.pi * np.arange(plane.px) / plane.px, 2.0 * np.pi * np.arange(plane.half) / plane.py
+            second = 2.0 * along * (np.cos(x) - 1.0)[None, :] + 2.0 * across * (np.cos(y) - 1.0)[:, None]
+            self._sharp = self._spectrum - self._spectrum * second
         return self._sharp
 
 

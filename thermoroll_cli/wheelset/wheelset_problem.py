@@ -48,12 +48,6 @@ class WheelsetProblem:
         return self.contact.title
 
     @property
-    def shares_load(self) -> bool:
-        """Whether the load of a wheel's only patch depends on its approach: at a given height, and beside another wheel at a
-        given roll."""
-        return self.vertical is None or (len(self.wheels) > 1 and not self.finds_roll)
-
-    @property
     def span(self) -> float:
         """Distance of the rails, or half of it, in m."""
         return sum(rail.half_gauge for rail in self.rails.values())

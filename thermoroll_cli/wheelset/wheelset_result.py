@@ -257,7 +257,9 @@ class _Whole:
         of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3)) / vertical
                     for side in problem.sides}  # fmt: skip
         errors = of_sides | {"": sum(of_sides.values(), np.zeros(3))}
-        given = set() if problem.vertical is None else {""} if problem.shares_load else set(errors)
+        # Wheels at a given roll share the vertical force.
+        shared = len(problem.wheels) > 1 and not problem.finds_roll
+        given = set() if problem.vertical is None else {""} if shared else set(errors)
         return {f"track_force_{axis}{side}_N": float(error) for side, of_axes in errors.items()
                 for axis, error in zip(FORCES, of_axes, strict=True) if not (axis == "z" and side in given)}
 
