@@ -254,18 +254,12 @@ class HeatResponse:
         shares = lower, upper
         if shares not in self._expansion:
             grid = self.grid
-            weights: dict[tuple[float, float], float] = {}
-            for body, share in zip(self.bodies, shares, strict=True):
-                factor = share * body.free_expansion * grid.dx**2 / body.conductivity
-                key = _likeness(grid, body)[:2]
-                weights[key] = weights.get(key, 0.0) + factor
             total = np.zeros((2 * grid.nx - 1, 2 * grid.ny - 1))
             for body, share in zip(self.bodies, shares, strict=True):
                 if body.layers is not None and share:
                     total += share * body.layered_table("expansion", grid)
-            for key, factor in weights.items():
-                if factor:
-                    total += factor * self._expansion_tables(grid, key)
+                if factor := share * body.free_expansion * grid.dx**2 / body.conductivity:
+                    total += factor * self._expansion_tables(grid, _likeness(grid, body)[:2])
             self._expansion[shares] = self.convolution.spectrum(total)
         return self._expansion[shares]
 

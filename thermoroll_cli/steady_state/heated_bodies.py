@@ -119,13 +119,9 @@ class HeatResponses:
             return SlidingHeatResponse(self.sliding, lower, upper, problem.motion.speed * np.hypot(slip[0], slip[1]))
         if self._last is None or self._last.bodies != (lower, upper):
             self._last = HeatResponse(self.grid, lower, upper, self.tables)
-        if problem.heating.recirculates:
-            return self._with_tracks(self._last, derived, creepage[0])
-        return self._last
-
-    def _with_tracks(self, passing: HeatResponse, derived: DerivedQuantities, creepage: float) -> RecirculatingResponse:
-        """`passing` with the recirculating heat of turning bodies."""
-        both = rollers(derived.problem, creepage)
+        if not problem.heating.recirculates:
+            return self._last
+        both = rollers(problem, creepage[0])
         self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in both if r is not None}
-        lower, upper = (None if r is None else self._tracks[r] for r in both)
-        return RecirculatingResponse(passing, (lower, upper), bulging=crown_matters(derived))
+        below, above = (None if r is None else self._tracks[r] for r in both)
+        return RecirculatingResponse(self._last, (below, above), bulging=crown_matters(derived))

@@ -44,10 +44,6 @@ class WheelsetProblem:
         return tuple(side for side in SIDES if side in self.wheels)
 
     @property
-    def title(self) -> str:
-        return self.contact.title
-
-    @property
     def span(self) -> float:
         """Distance of the rails, or half of it, in m."""
         return sum(rail.half_gauge for rail in self.rails.values())
