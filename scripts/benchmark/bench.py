@@ -23,7 +23,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from scripts.benchmark import contact, page, rows
+from scripts.benchmark import contact, page, positions, rows
 from scripts.benchmark.cases import (
     BASELINES,
     FOLDER,
@@ -122,11 +122,12 @@ def main() -> None:
     }
     if options.contact:
         parts["contact"] = lambda: contact.against_contact(options.contact, runs)
+        parts["positions"] = lambda: positions.against_contact(options.contact, runs)
     if options.peers:
         parts["frictionless"] = lambda: frictionless(runs, options.peers)
     for name in options.only or ():
         if name not in parts:
-            parser.error(f"no part {name!r}: there are {', '.join(parts)}; contact needs --contact, frictionless needs --peers")
+            parser.error(f"no part {name!r}: there are {', '.join(parts)}; more with --contact and --peers")
     record = FOLDER / "results.json"
     results: dict[str, Any] = json.loads(record.read_text()) if record.exists() else {}
     for name in () if options.page else options.only or parts:

@@ -19,7 +19,7 @@ NAMES = {HOT: "Sec. 4.1, coupled", "article_4_1_mechanical": "Sec. 4.1, isotherm
 def write(results: dict[str, Any]) -> None:
     """Fill in all tables for which there are numbers, and draw the figure."""
     makers = {"accuracy": _accuracy, "contact": _contact, "taken_away": _taken_away, "frictionless": _frictionless,
-              "rows": _rows, "processes": _processes}
+              "rows": _rows, "processes": _processes, "positions": _positions}
     tables = {name: makers[name](part["measured"]) for name, part in results.items()}
     if "accuracy" in results:
         tables["coupled"] = _coupled(results["accuracy"]["measured"])
@@ -74,6 +74,11 @@ def _contact(measured: dict[str, Any]) -> dict[str, Any]:
                      f"{statistics.median(r['contact_error'] for r in found):.0e}",
                      " or ".join(str(n) for n in sorted({r["N"] for r in found})), *cells])
     return _table("CONTACT's N | its CPU s | its error | our N | CPU, CONTACT / our solve | CPU, CONTACT / our process", rows)
+
+
+def _positions(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    return _table("program | CPU ms of a position | largest difference of a force, over the load",
+                  [[one["name"], f"{one['ms']:.0f}", f"{one['difference']:.0e}"] for one in measured])
 
 
 def _taken_away(measured: list[dict[str, Any]]) -> dict[str, Any]:
