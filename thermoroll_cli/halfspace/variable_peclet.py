@@ -24,15 +24,7 @@ from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
 from numpy.typing import ArrayLike
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.thermal import (
-    ANGLE_STEP,
-    advected_expansion,
-    angle_rule,
-    mirrored,
-    stationary_displacement,
-    temperature_at,
-)
-from thermoroll_cli.halfspace.thermal import offsets as table_offsets
+from thermoroll_cli.halfspace import thermal
 
 ThermalKind = Literal["temperature", "displacement"]
 
@@ -98,7 +90,7 @@ def variable_peclet_tables(
     `thermal.temperature_table`, and their weights; the sum has the units of the table expanded (q dx/k, or (1+ν) α q dx²/k).
     Raises ValueError for an empty grid, an aspect that is not positive, or a range that is negative or not finite.
     """
-    x, y = table_offsets(nx, ny, aspect, peclet_max, 0.0)
+    x, y = thermal.offsets(nx, ny, aspect, peclet_max, 0.0)
     if peclet_max < 0.0:
         raise ValueError(f"the largest Péclet number must not be negative, not {peclet_max}")
     degree = POINTS_PER_UNIT * math.ceil(0.5 + _root_scale(peclet_max)) if peclet_max else 0
@@ -124,7 +116,7 @@ def variable_peclet_tables(
         # The last coefficients of the series have the size of those that are missing.
         tail = np.abs(left[:, :terms] @ series[-2:].T)
         error += float(max((tail.sum(axis=0) / scale.min()).max(), (tail.max(axis=0) / largest.min()).max()))
-    tables = np.stack([mirrored(table.reshape(len(x), len(y)), ny) for table in left[:, :terms].T])
+    tables = np.stack([thermal.mirrored(table.reshape(len(x), len(y)), ny) for table in left[:, :terms].T])
     return tables, PecletWeights(kind, aspect, peclet_max, error, series, to_series @ means)
 
 
@@ -145,15 +137,15 @@ def _peclet(position: Array, peclet_max: float) -> Array:
 def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float) -> Array:
     """The sampled function: T, or Φ without its unbounded part −b ln(P)/2π."""
     if kind == "temperature":
-        return temperature_at(x, y, aspect, peclet)
+        return thermal.temperature_at(x, y, aspect, peclet)
     logarithm = aspect / (2.0 * math.pi)
     if peclet == 0.0:
-        return stationary_displacement(x, y, aspect) + logarithm * (math.log(4.0) - np.euler_gamma)
-    return advected_expansion(x, y, aspect, peclet) + logarithm * math.log(peclet)
+        return thermal.stationary_displacement(x, y, aspect) + logarithm * (math.log(4.0) - np.euler_gamma)
+    return thermal.advected_expansion(x, y, aspect, peclet) + logarithm * math.log(peclet)
 
 
 def _angle_average(points: Array, peclet_max: float) -> Array:
     """Values at the points of U(P) = (4/π) ∫ sech³y Φ(P sech²y) dy for Φ = each Chebyshev polynomial."""
-    angles, weights, _ = angle_rule(1.0, 0.5 * ANGLE_STEP)
+    angles, weights, _ = thermal.angle_rule(1.0, 0.5 * thermal.ANGLE_STEP)
     peclets = np.outer(_peclet(points, peclet_max), np.cosh(angles) ** -2.0)
     return np.asarray(np.tensordot(chebvander(_position(peclets, peclet_max), len(points) - 1), weights, axes=(1, 0)))

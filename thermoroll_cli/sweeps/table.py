@@ -12,15 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from thermoroll_cli import optional
-from thermoroll_cli.problem.names import (
-    ALL_SCALARS,
-    OVER_LIMIT,
-    PATCH_SCALARS,
-    PROBLEM_SCALARS,
-    SCALARS,
-    SUBSURFACE_SCALARS,
-    unit_of,
-)
+from thermoroll_cli.problem import names
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
@@ -77,7 +69,7 @@ def summary_of(result: Result) -> dict[str, Any]:
     """The record of a result: what `Row.summary` is made of, in plain JSON types, without what was not computed."""
     summary = result.summary()
     limit = summary.get("friction_limit_N", math.nan)
-    summary |= {name: summary[force] / limit for name, force in OVER_LIMIT.items() if limit > 0.0 and force in summary}
+    summary |= {name: summary[force] / limit for name, force in names.OVER_LIMIT.items() if limit > 0.0 and force in summary}
     known: dict[str, Any] = _known(summary)
     return known
 
@@ -98,8 +90,8 @@ def failed_summary(reason: str) -> dict[str, Any]:
 
 def _whole(summary: Mapping[str, Any]) -> dict[str, Any]:
     """A record's summary with nan for everything that it lacks."""
-    scalars = dict.fromkeys((*SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT), math.nan)
-    states = {state: dict.fromkeys(SCALARS, math.nan) | summary.get(state, {}) for state in STATES}
+    scalars = dict.fromkeys((*names.SCALARS, *names.PROBLEM_SCALARS, *names.OVER_LIMIT), math.nan)
+    states = {state: dict.fromkeys(names.SCALARS, math.nan) | summary.get(state, {}) for state in STATES}
     return {**scalars, "work": {}, "warnings": [], "unbounded": [], **summary, **states}
 
 
@@ -160,8 +152,9 @@ def columns_of(rows: Rows, title: str = "") -> SweepColumns:
                     if name not in columns and isinstance(value, float) and not math.isnan(value)}
         for name, column in columns.items():
             column.append(cells.get(name, math.nan))
-    declared = (*keys, *TEXTS[:-1], *SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT, *SUBSURFACE_SCALARS,
-                *(f"{state}.{name}" for state in STATES for name in SCALARS), *(f"error.{name}" for name in SUBSURFACE_SCALARS))
+    declared = (*keys, *TEXTS[:-1], *names.SCALARS, *names.PROBLEM_SCALARS, *names.OVER_LIMIT, *names.SUBSURFACE_SCALARS,
+                *(f"{state}.{name}" for state in STATES for name in names.SCALARS),
+                *(f"error.{name}" for name in names.SUBSURFACE_SCALARS))
     last = {name: columns.pop(name) for name in (TEXTS[-1], "work.applications", "file")}
     # Those of an assembly and of its patches are not declared.
     ordered = {name: columns.pop(name) for name in declared if name in columns}
@@ -173,8 +166,8 @@ def attributes_of(name: str, keys: Sequence[str]) -> dict[str, str]:
     *parts, own = name.split(".")
     patch, state = (next((part for part in parts if (part in STATES) == known), "") for known in (False, True))
     if name in keys:
-        return {"long_name": f"swept key {name}"} | ({"units": unit} if (unit := unit_of(name)) else {})
-    scalar = (PATCH_SCALARS if patch else ALL_SCALARS).get(own)
+        return {"long_name": f"swept key {name}"} | ({"units": unit} if (unit := names.unit_of(name)) else {})
+    scalar = (names.PATCH_SCALARS if patch else names.ALL_SCALARS).get(own)
     if scalar is None:
         return {"long_name": "number of the point" if name == "point" else name}
     meaning = (f"patch {patch}: " if patch else "") + STATES.get(state, "") + scalar.meaning

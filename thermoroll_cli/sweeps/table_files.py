@@ -14,17 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.atomic import replacing, write_bytes
-from thermoroll_cli.files.result.hdf5 import (
-    ResultFileError,
-    create,
-    dimension_scale,
-    fixed_text,
-    image_of,
-    label,
-    opened,
-    read_result,
-    stamp,
-)
+from thermoroll_cli.files.result import hdf5
+from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Value
 from thermoroll_cli.sweeps.table import TEXTS, Rows, SweepColumns, attributes_of
@@ -67,14 +58,15 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
               "keys": json.dumps(table.keys)}
 
     def fill(file: h5py.File) -> None:
-        stamp(file, FORMAT_VERSION, kind=KIND, title=points.case(1).settings.title, command_line=command_line)
+        hdf5.stamp(file, FORMAT_VERSION, kind=KIND, title=points.case(1).settings.title, command_line=command_line)
         for name, text in inputs.items():
-            create(file, f"input/{name}", fixed_text(text))
-        scales = [dimension_scale(file, key, values, **attributes_of(key, table.keys)) for key, values in coordinates.items()]
+            hdf5.create(file, f"input/{name}", hdf5.fixed_text(text))
+        scales = [hdf5.dimension_scale(file, key, values, **attributes_of(key, table.keys))
+                  for key, values in coordinates.items()]
         for name, flat in columns.items():
-            label(create(file, name, flat.reshape(points.shape), scales), **attributes_of(name, table.keys))
+            hdf5.label(hdf5.create(file, name, flat.reshape(points.shape), scales), **attributes_of(name, table.keys))
 
-    write_bytes(path, image_of(fill))
+    write_bytes(path, hdf5.image_of(fill))
 
 
 def _array(values: Sequence[Value]) -> NDArray[Any]:
@@ -138,7 +130,7 @@ def _value(text: str) -> float | str:
 
 
 def _read_hdf5(path: pathlib.Path) -> SweepColumns:
-    with opened(path, KIND, FORMAT_VERSION) as file:
+    with hdf5.opened(path, KIND, FORMAT_VERSION) as file:
         keys, shape = tuple(json.loads(file["input/keys"].asstr()[()])), file["status"].shape
         columns = {name: _flat(item[()]) for name, item in file.items() if getattr(item, "shape", ()) == shape}
         listed = "point" in file
