@@ -96,10 +96,7 @@ class SlidingHeatResponse:
         lower, upper = self.bodies
         if self._alike and heat.exchanged is None:
             rise = self._respond("temperature", lower, heat.total) * self.grid.dx
-            return (
-                rise * (heat.share / lower.conductivity),
-                rise * ((1.0 - heat.share) / upper.conductivity),
-            )
+            return (rise * (heat.share / lower.conductivity), rise * ((1.0 - heat.share) / upper.conductivity))
         return self._rise(lower, heat.lower), self._rise(upper, heat.upper)
 
     def temperature_difference(self, exchange: Array) -> Array:
