@@ -12,14 +12,12 @@ from thermoroll_cli.cli.tables import folded
 from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.python_api import conicity as conicity_of
 from thermoroll_cli.sweeps.points import Axis
+from thermoroll_cli.wheelset.conicity import NUMBERS
 
 TABLES = {"conicity": ("amplitude_mm", "conicity", "wavelength_m"),
           "shifts": ("lateral_shift_mm", "rolling_radius_difference_mm", "contact_y_rail_left_mm", "contact_y_wheel_left_mm",
                      "contact_y_rail_right_mm", "contact_y_wheel_right_mm")}  # fmt: skip
 """Columns of the files NAME_conicity.csv and NAME_shifts.csv."""
-NUMBERS = {"conicity_3mm": "equivalent conicity at an amplitude of 3 mm",
-           "nonlinearity_1_mm": "Polach's nonlinearity parameter in 1/mm"}
-"""Numbers of the whole, and their meanings."""
 
 
 def conicity(

@@ -18,7 +18,6 @@ from PIL import Image
 from thermoroll_cli import __version__
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.conicity import NUMBERS
 from thermoroll_cli.cli.results import check_no_cases
 from thermoroll_cli.cli.tables import assembly_rows, swept_text, warnings_by_kind
 from thermoroll_cli.files.case import Case
@@ -41,7 +40,7 @@ from thermoroll_cli.problem.scalar_errors import (
 from thermoroll_cli.sweeps.table import SweepColumns
 from thermoroll_cli.sweeps.table_files import is_sweep_file, read_sweep
 from thermoroll_cli.sweeps.table_picture import draw_table
-from thermoroll_cli.wheelset.conicity import Conicity
+from thermoroll_cli.wheelset.conicity import NUMBERS, Conicity
 
 DPI = 150
 MOST_ROWS = 100

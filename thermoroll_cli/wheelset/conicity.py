@@ -49,6 +49,9 @@ ANGLES = 4000
 linear."""
 NOMINAL, NEIGHBOURS = 3e-3, (2e-3, 4e-3)
 """Amplitudes (m) of the conicity that a vehicle is judged by, and of Polach's nonlinearity parameter."""
+NUMBERS = {"conicity_3mm": "equivalent conicity at an amplitude of 3 mm",
+           "nonlinearity_1_mm": "Polach's nonlinearity parameter in 1/mm"}
+"""Numbers of the whole, and their meanings."""
 
 
 @dataclass(frozen=True)
