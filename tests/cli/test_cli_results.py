@@ -12,8 +12,7 @@ from PIL import Image
 
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, call
-from thermoroll_cli.files.result.hdf5 import write_result
-from thermoroll_cli.python_api import read_result
+from thermoroll_cli.files.result.hdf5 import read_result, write_result
 
 
 @pytest.fixture(scope="module")
