@@ -23,8 +23,7 @@ import pytest
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
 from tests.support.datasets import datasets
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
-from thermoroll_cli.sweeps.table import OVER_LIMIT
+from thermoroll_cli.problem.names import OVER_LIMIT, PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.tasks.runner import Item, _Cluster
 
 HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npeclet = "stationary"\ndeformation = false\n'
