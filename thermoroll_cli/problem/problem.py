@@ -98,11 +98,6 @@ class Material:
     def plane_strain_modulus(self) -> float:
         return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
 
-    @property
-    def thermal(self) -> bool:
-        """Whether all three thermal constants are known."""
-        return None not in (self.conductivity, self.expansion, self.diffusivity)
-
 
 @dataclass(frozen=True)
 class Motion:

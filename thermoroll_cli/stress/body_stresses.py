@@ -240,13 +240,14 @@ class Collector:
         fields, most_stressed = {"von_mises": self.total.von_mises}, self.peaks["von_mises"]
         if self.temperature is not None:
             fields |= {"von_mises_elastic": self.elastic.von_mises, "temperature_rise": self.temperature}
-        i, j = _nearest(self.x, most_stressed.x), _nearest(self.y, most_stressed.y)
-        below_stressed = {name: values[:, i, j].copy() for name, values in fields.items()}
-        hottest, below_heated = None, {}
+
+        def below(peak: Peak) -> dict[str, AnyArray]:
+            i, j = (int(np.argmin(np.abs(axis - at))) for axis, at in ((self.x, peak.x), (self.y, peak.y)))
+            return {name: values[:, i, j].copy() for name, values in fields.items()}
+
+        hottest = None
         if self.temperature is not None:
             hottest = peak_of(self.temperature[:1], self.depths[:1], self.x, self.y, self.mirrored)
-            i, j = _nearest(self.x, hottest.x), _nearest(self.y, hottest.y)
-            below_heated = {name: values[:, i, j].copy() for name, values in fields.items()}
         plane = {name: np.ascontiguousarray(values[:, :, self.plane_column]) for name, values in fields.items()}
         assert self.plane is not None
         plane |= dict(zip(STRESSES, self.plane, strict=True))
@@ -256,8 +257,8 @@ class Collector:
         if self.stresses is not None:
             kept |= {name: self._whole(values, -1 if odd else 1)
                      for name, values, odd in zip(STRESSES, self.stresses, ODD_IN_Y, strict=True)}
-        return BodyStresses(self.depths, float(self.y[self.plane_column]), plane, most_stressed, hottest, below_stressed,
-                            below_heated, fields=kept,
+        return BodyStresses(self.depths, float(self.y[self.plane_column]), plane, most_stressed, hottest, below(most_stressed),
+                            {} if hottest is None else below(hottest), fields=kept,
                             strength={} if self.strength is None else self.strength.fields())
 
     def _whole(self, values: AnyArray, parity: int) -> AnyArray:
@@ -270,10 +271,6 @@ def scalars_of(stress: str, body: str, peak: Peak) -> dict[str, float]:
     values = {f"max_{body}_MPa": peak.value * 1e-6, f"depth_{body}_mm": peak.z * 1e3, f"x_{body}_mm": peak.x * 1e3,
               f"y_{body}_mm": peak.y * 1e3}
     return {name: value for ending, value in values.items() if (name := f"{stress}_{ending}") in SUBSURFACE_SCALARS}
-
-
-def _nearest(axis: AnyArray, at: float) -> int:
-    return int(np.argmin(np.abs(axis - at)))
 
 
 LAYER_POINTS, ELEMENT_POINTS = 5, 3

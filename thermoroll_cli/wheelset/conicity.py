@@ -14,6 +14,7 @@ A cone has its own conicity. The conicity does not depend on e, the wavelength d
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -160,16 +161,12 @@ def conicity_of(problem: WheelsetProblem, amplitudes: Array) -> Conicity:
 
 def _contacts(problem: WheelsetProblem) -> Contacts | None:
     """Both contacts; None where one lies at an end of a profile or where a flange climbs."""
-    found = {}
-    for side in SIDES:
-        try:
-            touch = _touch(problem.facing(side))
-        except Unsolvable:
-            return None
-        if touch is None:
-            return None
-        found[side] = touch
-    return found
+    found: Contacts = {}
+    with contextlib.suppress(Unsolvable):
+        for side in SIDES:
+            if touch := _touch(problem.facing(side)):
+                found[side] = touch
+    return found if len(found) == len(SIDES) else None
 
 
 def _touch(facing: Facing) -> Touch | None:
