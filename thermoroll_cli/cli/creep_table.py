@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
@@ -18,7 +18,7 @@ from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
-from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
+from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, read_table, write_csv, write_table
 from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.problem.friction import FrictionLaw
 from thermoroll_cli.sweeps.points import Axis
@@ -66,13 +66,29 @@ def build(
     with options.usage("--aspect, --nodes"):
         plan = TablePlan(Axes(ratios, *counts), poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
-    built = _build(plan, output, Workers(jobs, dask, dask_wait), resume=resume, quiet=quiet)
+    options.check_writable(output.resolve().parent)
+    there = read_table(output) if resume and output.exists() and not journal_path(output).exists() else None
+    if there and (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
+        streams.note(f"thermoroll: {output} is built already")
+        built = there
+    else:
+        with PointsProgress(plan.points, quiet=quiet, lines=False) as progress:
+            built = build_table(plan, output, workers=Workers(jobs, dask, dask_wait), resume=resume, note=progress.note,
+                                report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
+        write_table(output, built, command_line=options.command_line())
+        journal_path(output).unlink(missing_ok=True)
     if csv is not None:
         write_csv(csv, built)
     if as_json:
         streams.write_json({"file": output, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)})
     elif not quiet:
-        streams.write(*_report(built, output))
+        quality = built.quality
+        streams.write(
+            f"{built.errors[:, 1:].size} points solved, {built.holes} of them without a solution",
+            f"  errors of forces over μW: solver {quality.solver_rms:.1e} (rms), {quality.solver_max:.1e} (largest)",
+            *([f"  table against solver at {quality.points} random points: {quality.rms:.1e} (rms), "
+               f"{quality.largest:.1e} (largest)"] if quality.points else []),
+            f"  wrote {output}")  # fmt: skip
     if built.holes:
         streams.note(f"thermoroll: {built.holes} points did not converge: holes of the table, filled from their neighbours")
     raise typer.Exit(ExitCode.NOT_CONVERGED if built.holes else ExitCode.FINE)
@@ -116,9 +132,12 @@ def query(
     axes = options.numbers(_given("--semi-axes-mm", semi_axes or None), 2, "two numbers A,B", "--semi-axes-mm")
     contact = _given("--shear-modulus-GPa", modulus), _given("--friction", friction), _given("--normal-N", load)
     try:
-        falling = None if law is None else _law(
-            law, _given("--limit-coefficient", limit), contact[1], _given("--half-slip-m-s", half_slip))
-        rolling = math.nan if law is None else _given("--speed-m-s", speed)
+        falling, rolling = None, math.nan
+        if law is not None:
+            least, half, at_rest = _given("--limit-coefficient", limit), _given("--half-slip-m-s", half_slip), contact[1]
+            if not (0.0 <= least <= at_rest and 0.0 < at_rest and 0.0 < half < math.inf):
+                raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s above 0")
+            falling, rolling = FrictionLaw(law, least / at_rest, half), _given("--speed-m-s", speed)
         columns = _forces(table, (longitudinal, lateral, spin), axes, contact, outside, falling, rolling)
     except OutsideTable as cause:
         streams.error(f"{file or 'the table that comes with the program'}: {cause}")
@@ -144,45 +163,12 @@ def _given(option: str, value: Given | None) -> Given:
     return value
 
 
-def _build(plan: TablePlan, path: Path, workers: Workers, *, resume: bool, quiet: bool) -> TableValues:
-    """Build the table and write it to `path`."""
-    options.check_writable(path.resolve().parent)
-    if resume and path.exists() and not journal_path(path).exists():
-        there = read_table(path)
-        if (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
-            streams.note(f"thermoroll: {path} is built already")
-            return there
-    with PointsProgress(plan.points, quiet=quiet, lines=False) as progress:
-        built = build_table(plan, path, workers=workers, resume=resume, note=progress.note,
-                            report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
-    write_table(path, built, command_line=options.command_line())
-    journal_path(path).unlink(missing_ok=True)
-    return built
-
-
 def _values(text: str, hint: str) -> tuple[float, ...]:
     with options.usage(hint):
         axis = Axis.parse(f"{hint.lstrip('-')}={text}")
         if not axis.numeric:
             raise ValueError(f'"{text}" is not a number')
         return tuple(float(value) for value in axis.values)
-
-
-def _report(built: TableValues, path: Path) -> Iterator[str]:
-    quality = built.quality
-    yield f"{built.errors[:, 1:].size} points solved, {built.holes} of them without a solution"
-    yield f"  errors of forces over μW: solver {quality.solver_rms:.1e} (rms), {quality.solver_max:.1e} (largest)"
-    if quality.points:
-        yield (f"  table against solver at {quality.points} random points: {quality.rms:.1e} (rms), "
-               f"{quality.largest:.1e} (largest)")  # fmt: skip
-    yield f"  wrote {path}"
-
-
-def _law(kind: LawChoice, limit: float, friction: float, half_slip: float) -> FrictionLaw:
-    """The law of `kind`. Raises ValueError for constants that it cannot have."""
-    if not (0.0 <= limit <= friction and 0.0 < friction and 0.0 < half_slip < math.inf):
-        raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s above 0")
-    return FrictionLaw(kind, limit / friction, half_slip)
 
 
 def _forces(

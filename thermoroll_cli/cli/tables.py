@@ -1,16 +1,12 @@
-"""Tables for people, aligned by rich, with the same words on a terminal and on a pipe: of one result, and of a sweep."""
+"""Tables for people, with the same words on a terminal and on a pipe: of one result, and of a sweep."""
 
 from __future__ import annotations
 
-import io
 import math
 import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
-
-from rich.console import Console
-from rich.table import Table
 
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
@@ -92,16 +88,9 @@ def assembly_rows(
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:
     """`rows` as lines with columns below each other; columns without content are left out."""
-    table = Table.grid(padding=(0, 2, 0, 0))
     columns = [column for column in zip(*rows, strict=True) if any(column)]
-    for _ in columns:
-        table.add_column(no_wrap=True)
-    for row in zip(*columns, strict=True):
-        table.add_row(*row)
-    # Wide enough for any table: callers decide what fits the terminal.
-    text = io.StringIO()
-    Console(file=text, width=10_000, markup=False, highlight=False, emoji=False).print(table)
-    return [f"  {line}".rstrip() for line in text.getvalue().splitlines() if columns]
+    widths = [max(map(len, column)) for column in columns]
+    return ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in zip(*columns, strict=True)]
 
 
 def warnings_by_kind(of_points: Iterable[tuple[str, Sequence[str]]]) -> Iterator[str]:
@@ -144,9 +133,6 @@ def wrapped(name: str, width: int) -> list[str]:
             lines.append("")
         lines[-1] += part
     return lines
-
-
-# --- the table of a sweep ----------------------------------------------------------------------------------------------
 
 
 SHOWN_ROWS = 40

@@ -191,9 +191,6 @@ class CreepForceTable:
         return self._interpolant.scales_of(ratio)
 
 
-# --- interpolation -----------------------------------------------------------------------------------------------------
-
-
 REFLECTED = np.array([1.0, -1.0, -1.0, 1.0, 1.0])
 """Signs of the columns F_x, F_y, M_z, γ_st, and |F| on its own."""
 REVERSED_X = np.array([-1.0, 1.0, 1.0, 1.0, 1.0])

@@ -173,9 +173,6 @@ def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
     return ""
 
 
-# --- two columns ------------------------------------------------------------------------------------------------------
-
-
 def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
     """Points by the number of their line: two columns separated by semicolons, tabs, commas or blanks, with a point or a
     comma in the numbers; lines of which the first entry is no number may precede them, and rows without entries follow."""
@@ -239,9 +236,6 @@ def _number(text: str) -> float | None:
         return float(text.replace(",", ".") if "." not in text else text)
     except ValueError:
         return None
-
-
-# --- formats of railways ------------------------------------------------------------------------------------------------
 
 
 def _simpack(lines: list[str], name: str) -> Reading:

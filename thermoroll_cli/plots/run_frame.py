@@ -260,9 +260,6 @@ def _around(boxes: Iterable[tuple[float, float, float, float]]) -> tuple[float, 
     return min(left), max(right), min(bottom), max(top)
 
 
-# --- borders of contact and stick --------------------------------------------------------------------------------------
-
-
 def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Borders:
     """Borders of a state with these fields at the element centres `x`, `y`: where half of an averaged element is in the
     contact, and where sticking ends along x."""

@@ -304,9 +304,6 @@ def _mark_failed(axes: Axes, lines: list[Line]) -> None:
                   color=line.colour if len(lines) > 1 else style.ALERT, transform=axes.get_xaxis_transform())
 
 
-# --- columns ---------------------------------------------------------------------------------------------------------
-
-
 def numbers(values: Sequence[Any]) -> Column:
     """The column as numbers, nan for words and what is not finite."""
     array = np.array([value if isinstance(value, int | float) else math.nan for value in values], dtype=float)

@@ -25,8 +25,6 @@ from thermoroll_cli.stress.superposition import Beyond, StressTransforms
 
 Path = str | os.PathLike[str]
 
-# --- XDMF ------------------------------------------------------------------------------------------------------------
-
 
 def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     """Write an XDMF file at `out` that shows the fields in the HDF5 file at `result_path`, without copying them: that file is
@@ -100,9 +98,6 @@ def _data_item(parent: ElementTree.Element, shape: tuple[int, ...], dtype: np.dt
     item = ElementTree.SubElement(parent, "DataItem", Dimensions=" ".join(map(str, shape)), NumberType=kind,
                                   Precision=str(dtype.itemsize), Format="HDF")  # fmt: skip
     item.text = where
-
-
-# --- CSV -------------------------------------------------------------------------------------------------------------
 
 
 def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:

@@ -69,9 +69,6 @@ class ResultFileError(OSError):
     """A file is not a result of this program, or not a whole one. The message names it and its fault."""
 
 
-# --- writing ---------------------------------------------------------------------------------------------------------
-
-
 def write_result(path: str | os.PathLike[str], result: Result, command_line: str = "Python") -> None:
     """Write the file of `file_image` to `path`, complete or not at all. Raises `atomic.WriteError` (an OSError) with a plain
     message if the disk is full, the folder read-only, …."""
@@ -256,9 +253,6 @@ def fixed_text(value: str) -> AnyArray:
 def storable(value: str) -> str:
     """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them)."""
     return value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace").decode()
-
-
-# --- reading ---------------------------------------------------------------------------------------------------------
 
 
 def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Result:
