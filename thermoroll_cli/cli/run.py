@@ -88,11 +88,9 @@ def _read_all(
 def _attempt(case: Case, run_case: Callable[[Case], int], *, as_json: bool) -> int:
     """Run one case; its errors do not stop the others."""
     try:
-        with options.solvable(case, case.name):
+        with options.recorded(Path(case.name), as_json), options.solvable(case, case.name):
             return run_case(case)
     except CaseError as error:
-        if as_json:
-            streams.write_json(options.invalid_record(case.name, error))
         return streams.report_invalid([error], "")
     except MemoryError:
         streams.error(f"{case.name}: not enough memory; `thermoroll show` estimates the memory of a grid")
