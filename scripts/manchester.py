@@ -8,7 +8,8 @@ from functools import cache
 from typing import Any
 
 from thermoroll_cli import Case
-from thermoroll_cli.python_api import Result, solve
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 ROOT = pathlib.Path(__file__).parents[1]
 SHIFTS = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.5, 6.0, 6.5, 7.0, 8.0, 9.0, 10.0)
