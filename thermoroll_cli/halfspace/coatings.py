@@ -15,14 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace import layered
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.halfspace.layered import (
-    LayeredBody,
-    SurfaceCompliance,
-    TableKind,
-    difference_compliance,
-    halfspace_compliance,
-)
 from thermoroll_cli.problem.problem import Material
 
 STEP = 0.02
@@ -60,9 +54,9 @@ class Coatings:
         return 1.0 / (1.0 / self.lower.surface.plane_strain_modulus + 1.0 / self.upper.surface.plane_strain_modulus)
 
     @property
-    def _layered(self) -> list[tuple[float, LayeredBody]]:
+    def _layered(self) -> list[tuple[float, layered.LayeredBody]]:
         """Sign of the coupling (`elastic.coupling_tables`), and body."""
-        return [(sign, LayeredBody.of(body)) for sign, body in ((-1.0, self.lower), (1.0, self.upper)) if body.layers]
+        return [(sign, layered.LayeredBody.of(body)) for sign, body in ((-1.0, self.lower), (1.0, self.upper)) if body.layers]
 
     def normal_table(self, nx: int, ny: int, dx: float, dy: float) -> Array:
         """To be added to `elastic.normal_table`."""
@@ -78,7 +72,7 @@ class Coatings:
         x, y = self._tables("coupling", nx, ny, dx, dy)
         return x, y
 
-    def _tables(self, kind: TableKind, nx: int, ny: int, dx: float, dy: float) -> list[Array]:
+    def _tables(self, kind: layered.TableKind, nx: int, ny: int, dx: float, dy: float) -> list[Array]:
         """Sums over both bodies."""
         of_bodies = ([table * (sign if kind == "coupling" else 1.0) for table in body.tables(kind, (nx, ny), dx, dy)]
                      for sign, body in self._layered)
@@ -93,33 +87,30 @@ class Coatings:
         return np.arange(math.log(low), math.log(high) + STEP, STEP)
 
     @cached_property
-    def _compliances(self) -> tuple[SurfaceCompliance, SurfaceCompliance]:
-        """k times the compliance of the lower and of the upper body."""
-        k = np.exp(self._log_wave_numbers)
-        compliances = []
+    def _compliances(self) -> list[dict[str, Array]]:
+        """k times the compliance of the lower and of the upper body, by the names of `SurfaceCompliance`."""
+        k, compliances = np.exp(self._log_wave_numbers), []
         for body in (self.lower, self.upper):
-            top = halfspace_compliance(body.surface.youngs_modulus, body.surface.poisson_ratio)
-            more = difference_compliance(body.layers, (body.youngs_modulus, body.poisson_ratio), k) if body.layers else None
-            compliances.append(SurfaceCompliance(*(
-                np.broadcast_to(part + (0.0 if more is None else getattr(more, name)), k.shape)
-                for name, part in vars(top).items())))
-        return compliances[0], compliances[1]
+            top = vars(layered.halfspace_compliance(body.surface.youngs_modulus, body.surface.poisson_ratio))
+            own = body.youngs_modulus, body.poisson_ratio
+            more = vars(layered.difference_compliance(body.layers, own, k)) if body.layers else dict.fromkeys(top, 0.0 * k)
+            compliances.append({name: part + more[name] for name, part in top.items()})
+        return compliances
 
     def compliance(self, wave_numbers: Array) -> dict[str, Array]:
         """k times the compliance of both bodies together in 1/Pa: for pressure ("nn"), for shear along ("tt") and across ("ss")
         the wave vector."""
         lower, upper = self._compliances
         log = np.log(wave_numbers)
-        return {name: np.interp(log, self._log_wave_numbers, getattr(lower, name) + getattr(upper, name))
-                for name in ("tt", "nn", "ss")}
+        return {name: np.interp(log, self._log_wave_numbers, lower[name] + upper[name]) for name in ("tt", "nn", "ss")}
 
     @cached_property
     def coupling_constant(self) -> float:
         """K of `elastic.coupling_constant` (1/Pa) at the wave number where it is largest; 0 for bodies that do not couple."""
         lower, upper = self._compliances
-        difference = lower.tn - upper.tn
+        difference = lower["tn"] - upper["tn"]
         largest = float(difference[np.argmax(np.abs(difference))])
-        return 0.0 if abs(largest) <= UNCOUPLED * float((lower.nn + upper.nn).max()) else largest / (2.0 * math.pi)
+        return 0.0 if abs(largest) <= UNCOUPLED * float((lower["nn"] + upper["nn"]).max()) else largest / (2.0 * math.pi)
 
     def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]:
         """Symbols (py//2+1, px) on a plane of `padded` elements: u_z under p, u_x under q_x, u_y under q_y, u_x under q_y."""

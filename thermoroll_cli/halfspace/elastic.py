@@ -17,17 +17,15 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 
 
-class AddedCompliance(Protocol):
-    """Additional tangential compliance by the coatings of two half-spaces (`coatings.Coatings`)."""
-    def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
-    def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
-    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> ShearCompliance: ...
-
-
 class RelaxingCompliance(Protocol):
     """Additional tangential compliance by the memory of bodies that relax (`relaxing.Relaxing`)."""
-    def shear_tables(self, rows: int, columns: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
+    def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
     def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> ShearCompliance: ...
+
+
+class AddedCompliance(RelaxingCompliance, Protocol):
+    """Additional tangential compliance by the coatings of two half-spaces (`coatings.Coatings`)."""
+    def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
 
 
 @dataclass(frozen=True)
