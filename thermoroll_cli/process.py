@@ -21,8 +21,6 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that stop the program, as far as the system has them."""
-PATIENCE_SECONDS = 2.5
-"""Time from a signal to the next safe point, after which the process ends without."""
 
 
 def one_thread() -> None:
@@ -60,7 +58,8 @@ def note_signal(number: int, frame: FrameType | None = None) -> None:
 
 
 def _end_without_safe_point(run: int) -> None:
-    time.sleep(PATIENCE_SECONDS)
+    """End the process if no safe point comes within 2.5 s of a signal."""
+    time.sleep(2.5)
     if run == _run and _noted and not _raised:
         os._exit(128 + _noted)
 

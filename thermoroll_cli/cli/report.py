@@ -52,9 +52,6 @@ VERSIONS = {"program_version": "thermoroll", "python_version": "Python", "numpy_
             "fftw_version": "FFTW", "h5py_version": "h5py"}  # fmt: skip
 """Attributes of a result file that a report names."""
 
-PREFIX = "picture"
-"""Begins the names of files of pictures, which are temporary."""
-
 Draw = Callable[[Path, tuple[str, ...]], object]
 """Writes pictures in these formats into a folder."""
 
@@ -147,7 +144,7 @@ def pictures_of(draw_in: Draw) -> tuple[Picture, ...]:
             vector = path.with_suffix(".svg")
             small = vector.stat().st_size <= 150_000
             content = base64.b64encode((vector if small else path).read_bytes()).decode("ascii")
-            name = path.stem.removeprefix(f"{PREFIX}_").replace("_", " ")
+            name = path.stem.removeprefix("picture_").replace("_", " ")
             shown.append(Picture(name, f"data:image/{'svg+xml' if small else 'png'};base64,{content}", width))
     return tuple(shown)
 
@@ -174,7 +171,7 @@ def of_result(result: Result, name: str) -> Section:
         what.append(f"Finest grid: {grid[0]} × {grid[1]} elements{' for each patch' if result.assembly else ''}.")
 
     def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
-        draw(result, folder / PREFIX, kinds=kinds, formats=formats, dpi=DPI)
+        draw(result, folder / "picture", kinds=kinds, formats=formats, dpi=DPI)
 
     return Section(
         problem.title or name, what, "" if result.converged else result.reason, result.warnings, _tables(result),
@@ -227,7 +224,7 @@ def of_sweep(table: SweepColumns, name: str) -> Section:
     def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
         nonlocal why_not
         for each in formats:
-            why_not = draw_table(table, folder / f"{PREFIX}_scalars over {' and '.join(table.keys)}.{each}", dpi=DPI)
+            why_not = draw_table(table, folder / f"picture_scalars over {' and '.join(table.keys)}.{each}", dpi=DPI)
 
     pictures = pictures_of(draw_in)
     return Section(
@@ -245,7 +242,7 @@ def of_conicity(found: Conicity, case: Case) -> Section:
 
     def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
         for each in formats:
-            draw_conicity(folder / f"{PREFIX}_conicity.{each}", found, case.settings.title)
+            draw_conicity(folder / f"picture_conicity.{each}", found, case.settings.title)
 
     return Section(
         case.settings.title or case.name, ["Equivalent conicity of a wheelset on its track."], warnings=found.warnings,

@@ -20,8 +20,6 @@ from thermoroll_cli.tasks.runner import Item, Workers, run
 
 TASK_POINTS = 640
 """Points of one ellipse in a task, some seconds of work: what a process does between two entries of the journal."""
-CHECK_POINTS = 25
-"""Random points of one random ellipse; those of a table of one ellipse are all its own."""
 SEED = 20
 
 
@@ -51,10 +49,10 @@ class TablePlan:
                 yield TableTask(f"a/b {ratio!r}, from {first}", ratio, self.poisson_ratio, self.accuracy, scaled)
 
     def check_tasks(self) -> Iterator[TableTask]:
-        """Random creepages, uniform in m/(1 + m) and over the directions, of random ellipses between the first and the last:
-        the same ones for the same plan."""
+        """Random creepages, uniform in m/(1 + m) and over the directions, of random ellipses between the first and the last, 25
+        of each (those of a table of one ellipse are all its own): the same ones for the same plan."""
         ratios = self.axes.aspect_ratios
-        each = CHECK_POINTS if len(ratios) > 1 else TASK_POINTS
+        each = 25 if len(ratios) > 1 else TASK_POINTS
         ellipses = np.random.default_rng(SEED)
         for first in range(0, self.checks, each):
             ratio = float(np.exp(ellipses.uniform(np.log(ratios[0]), np.log(ratios[-1])))) if len(ratios) > 1 else ratios[0]

@@ -116,7 +116,8 @@ class _Checker:
     def _section(self, name: str, field: FieldInfo) -> None:
         given = self.content.get(name)
         if isinstance(given, dict):
-            valid = self._material(given) if name == "material" else self._table((name,), _kind(field), given)
+            kind = next(kind for kind in (field.annotation, *get_args(field.annotation)) if isinstance(kind, type))
+            valid = self._material(given) if name == "material" else self._table((name,), kind, given)
             valid = valid and self._with_files((name,), valid)
             if valid is not None:
                 self.sections[name] = valid
@@ -265,11 +266,6 @@ class _Checker:
         sections["creepage"] = creepage
         # Every part of it has been checked.
         return Settings.model_construct(title=self.content.get("title", ""), **sections)
-
-
-def _kind(field: FieldInfo) -> type[Table]:
-    """The model of a section."""
-    return next(kind for kind in (field.annotation, *get_args(field.annotation)) if isinstance(kind, type))
 
 
 def _place(path: KeyPath, location: tuple[Any, ...]) -> KeyPath:

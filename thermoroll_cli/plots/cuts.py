@@ -126,8 +126,10 @@ def track_figure(frame: RunFrame) -> Figure | None:
         body: _across(frame, body) for body in BODIES if f"temperature_rise_{body}" in fields}
     largest = max(float(np.abs(values).max()) for kinds in curves.values() for values in kinds.values())
     names: dict[str, str] = {body: body for body in curves}
-    if len(curves) == 2 and _alike(curves["lower"], curves["upper"], largest):
-        names = {"lower": "both bodies"}
+    one, other = (curves.get(body, {}) for body in BODIES)
+    if one.keys() == other.keys() and all(
+            np.allclose(one[kind], other[kind], rtol=0.0, atol=ALIKE * largest) for kind in one):
+        names = {"lower": "both bodies"}  # their curves lie on each other
     figure = style.new_figure(style.SINGLE, 70.0 * style.MM)
     axes = figure.subplots()
     factor, unit = unit_for("K", largest)
@@ -160,9 +162,3 @@ def _across(frame: RunFrame, body: str) -> Mapping[str, Array]:
         curves["as it enters"] = entry[0] + around
         curves["mean of the surface"] = np.full(rise.shape[1], scalars[f"bulk_temperature_{body}_K"])
     return curves
-
-
-def _alike(one: Mapping[str, Array], other: Mapping[str, Array], largest: float) -> bool:
-    """Whether the curves of both bodies would lie on each other."""
-    return one.keys() == other.keys() and all(
-        np.allclose(one[kind], other[kind], rtol=0.0, atol=ALIKE * largest) for kind in one)

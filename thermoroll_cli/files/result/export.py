@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import os
 import pathlib
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
 from xml.etree import ElementTree
 
 import numpy as np
@@ -114,18 +113,14 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
     """
     result, path = read_result(result_path), pathlib.Path(out)
     if result.assembly:
-        write_bytes(path, _patch_table(result.records).encode())
+        rows = [patch | {f"error.{name}": error for name, error in patch["error"].items() if not math.isnan(error)}
+                for patch in map(dict, result.records)]
+        columns = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "error"]
+        table = csv_text(columns or ["side", "number"], ([row.get(name, "") for name in columns] for row in rows))
+        write_bytes(path, table.encode())
     return [*([path] if result.assembly else []), *(
         file for name, contact in result.by_suffix.items()
         for file in _export_points(contact, path.with_name(f"{path.stem}{name}{path.suffix}")))]
-
-
-def _patch_table(patches: Sequence[Mapping[str, Any]]) -> str:
-    """A line for each patch, with its errors in columns error.NAME."""
-    rows = [patch | {f"error.{name}": error for name, error in patch["error"].items() if not math.isnan(error)}
-            for patch in map(dict, patches)]
-    columns = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "error"]
-    return csv_text(columns or ["side", "number"], ([row.get(name, "") for name in columns] for row in rows))
 
 
 def _export_points(result: Result, path: pathlib.Path) -> list[pathlib.Path]:
