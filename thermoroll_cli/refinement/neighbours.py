@@ -1,9 +1,9 @@
-"""The start of a state from the last problems solved.
+"""The start of a state from the last problem solved.
 
 A state starts from that of the last problem on the same grid, x₁, and the change from that problem to this one on the coarser
-grid; on the coarsest one, from the change between the last two problems, times the step t to this one over theirs:
+grid,
 
-    x = x₁ + P(x_coarse − x₁,coarse),     x = x₁ + t (x₁ − x₀)
+    x = x₁ + P(x_coarse − x₁,coarse)
 
 in Hertz's units: pressures over their peak, tractions over their bound, displacements over the approach, places over the sides
 of the domain, so that neighbours may differ in load and profile, too. Whatever was solved counts: points of a sweep, steps of
@@ -12,9 +12,7 @@ wear, a loop over `Solver`.
 
 from __future__ import annotations
 
-import dataclasses
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,67 +20,34 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
-from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, Fields, unknowns_of
 
-LONGEST = 3.0
-"""Largest |t|. Without: 12 % more transforms after a step that is ten times the one before it."""
-ASIDE = 0.1
-"""Part of a step that may lie aside of the step before; more is a corner of a sweep over several keys."""
 
-
-def at_place(levels: Sequence[Level], place: tuple[object, ...]) -> list[Level]:
-    """Those of the `levels` of other problems that are at `place`."""
-    return [level for level in levels if level.here.place == place]
-
-
-def step_length(problems: Sequence[Problem]) -> float:
-    """t: the step from the second to the third problem over that from the first to the second, each number over its largest
-    value; 0 where they do not go on in the same direction, or much further."""
-    numbers = [list(_numbers(problem)) for problem in problems]
-    if len({len(values) for values in numbers}) > 1:
-        return 0.0
-    values = np.array(numbers)
-    before, step = np.diff(values / np.where(values.any(axis=0), np.abs(values).max(axis=0), 1.0), axis=0)
-    t = float(step @ before) / max(float(before @ before), 1e-300)
-    aside = np.linalg.norm(step - t * before)
-    return t if abs(t) <= LONGEST and aside <= ASIDE * np.linalg.norm(step) else 0.0
-
-
-def _numbers(value: object) -> Iterator[float]:
-    """The finite numbers of a problem."""
-    parts = [getattr(value, part.name) for part in dataclasses.fields(value)] if dataclasses.is_dataclass(value) else value
-    if isinstance(parts, list | tuple):
-        for part in parts:
-            yield from _numbers(part)
-    elif isinstance(parts, float) and math.isfinite(parts):
-        yield parts
+def at_place(levels: Sequence[Level], place: tuple[object, ...]) -> Level | None:
+    """The one of the `levels` of another problem that is at `place`."""
+    return next((level for level in levels if level.here.place == place), None)
 
 
 def predicted(here: Discretisation, coarse: Level | None, levels: Sequence[Level]) -> Contact | None:
-    """First guess on `here` from the `levels` of the last problems, newest first, and the next coarser one of this problem
-    (None: there is none); None if nothing predicts it."""
-    last, earlier = (*at_place(levels, here.place), None, None)[:2]
+    """First guess on `here` from the `levels` of the last problem and the next coarser one of this problem (None: there is
+    none); None if nothing predicts it."""
+    last = at_place(levels, here.place)
     if last is None or not all(level is None or level.state.converged for level in (last, coarse)):
         return None
-    now, before, t = last, earlier, 1.0
-    if coarse is not None:
-        now, before = coarse, next(iter(at_place(levels, coarse.here.place)), None)
-    elif earlier is not None:
-        t = step_length([level.here.derived.problem for level in (earlier, last)] + [here.derived.problem])
     fields, creepage = _scaled(last)
-    if before is not None and before.state.converged:
-        (new, new_creepage), (old, old_creepage) = _scaled(now), _scaled(before)
-        prolong = Prolongation(now.here.grid, here.grid)
+    before = None if coarse is None else at_place(levels, coarse.here.place)
+    if coarse is not None and before is not None and before.state.converged:
+        (new, new_creepage), (old, old_creepage) = _scaled(coarse), _scaled(before)
+        prolong = Prolongation(coarse.here.grid, here.grid)
         # Shares of the bound count with the pressure that they belong to: outside the contact there are none.
         pressure = np.maximum(new["pressure"], 0.0)
         weight = prolong(pressure)
-        share = prolong(t * (new["share"] - old["share"]) * pressure) / np.where(weight > 0.0, weight, 1.0)
+        share = prolong((new["share"] - old["share"]) * pressure) / np.where(weight > 0.0, weight, 1.0)
         for name in fields.keys() & new.keys() & old.keys():
-            fields[name] = fields[name] + (share if name == "share" else prolong(t * (new[name] - old[name])))
-        creepage = creepage + t * (new_creepage - old_creepage)
+            fields[name] = fields[name] + (share if name == "share" else prolong(new[name] - old[name]))
+        creepage = creepage + new_creepage - old_creepage
     return _contact(here, fields, creepage, last)
 
 

@@ -33,18 +33,18 @@ PREDICTED = 1e-3
 def refine(
     plan: Plan, usual: Discretisation, levels: Sequence[Level], last: Sequence[Level], cold: Level | None = None
 ) -> Level:
-    """The state on the next grid, that of `usual`, after the coarser ones in `levels`; `last` are those of the last problems.
+    """The state on the next grid, that of `usual`, after the coarser ones in `levels`; `last` are those of the last problem.
 
     With thermal deformation, if the state without it is given (`cold`, on the same grid). The state starts from what the last
-    problems predict, else from the coarser grid, else from the `cold` one, else from Hertz's pressure and full stick."""
+    problem predicts, else from the coarser grid, else from the `cold` one, else from Hertz's pressure and full stick."""
     begun, transforms = time.perf_counter(), counted.transforms
     coarse, tolerances, hot = levels[-1] if levels else None, tolerances_on(plan, usual), cold is not None
 
     def found(here: Discretisation, guess: Contact | None, source: Level | None, balanced: bool) -> SteadyState:
-        """The state on `here`, from what the last problems predict there, else from `guess`, what `source` knows."""
+        """The state on `here`, from what the last problem predicts there, else from `guess`, what `source` knows."""
         neighbour = predicted(here, coarse, last)
         if neighbour is not None:
-            before, residual = at_place(last, here.place)[0], None if coarse is None else PREDICTED
+            before, residual = at_place(last, here.place), None if coarse is None else PREDICTED
             start = first_guess(here, neighbour, hot=hot)
             state = fixed_point(here, start, tolerances, balanced=balanced,
                                 learnt=learnt(before, here, start, balanced, residual))

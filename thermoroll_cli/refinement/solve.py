@@ -42,8 +42,7 @@ class Solver:
         self.threads = threads
         self.options = options or SolverOptions()
         self.last: tuple[list[Level], list[Level]] = ([], [])
-        """Levels of the last problem that was solved, and the coarsest one of the problem before, without and with thermal
-        deformation."""
+        """Levels of the last problem that was solved, without and with thermal deformation."""
         self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
@@ -82,7 +81,7 @@ class Solver:
         result = result_of(plan, cold, hot, extrapolated=self.options.extrapolated and all_converged)
         result = with_subsurface(result, plan, hot)
         if result.converged:
-            self.last = [*cold, *self.last[0][:1]], [*hot, *self.last[1][:1]]
+            self.last = cold, hot
         return result
 
     def _levels(self, plan: Plan, report: Report) -> tuple[list[Level], list[Level]]:
@@ -108,7 +107,7 @@ class Solver:
         """The next grid after those of the levels `cold`, with kernels and tables of the last problem where they serve."""
         last = at_place(self.last[0], (shape, plan.extent))
         return Discretisation(plan.derived, shape, plan.extent, self.threads, self.options,
-                              coarser=cold[-1].here if cold else None, before=last[0].here if last else None)
+                              coarser=cold[-1].here if cold else None, before=last.here if last else None)
 
 
 def _accurate_enough(plan: Plan, levels: list[Level]) -> bool:
