@@ -26,8 +26,7 @@ DOMAIN_FITS = 3
 """Domains on which a contact of coated bodies is solved in turn."""
 ATTEMPTS = 8
 """Domains tried; each one that proves too small makes the overlap half as deep again."""
-COARSE_TOLERANCE, FIRST_TOLERANCE = 1e-6, 1e-3
-"""Residual on the domain whose contact is reported, and on the first one, which only says where that lies."""
+COARSE_TOLERANCE = 1e-6
 OVERLAP_SAMPLES = 4001
 """Places across the rolling direction at which the overlap of the rigid bodies is summed."""
 OVERLAP_SHARE = 0.5
@@ -214,7 +213,7 @@ def _solve(
     start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
              else np.sqrt(np.maximum(OVERLAP_SHARE * before - gap, 0.0)))
     solver = NormalSolver(grid, bodies.contact_modulus, bodies.coatings, cosine, bodies.relaxing)
-    solution = solver.solve(gap, given, start, COARSE_TOLERANCE if isinstance(before, _Found) else FIRST_TOLERANCE)
+    solution = solver.solve(gap, given, start, COARSE_TOLERANCE)
     share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
     slack = 1e-9 * (limits[1] - limits[0])
