@@ -13,7 +13,7 @@ import pytest
 from scripts.stress.populations import POPULATIONS
 from tests.support.cases import findings, parse
 from tests.support.command_line import MECHANICAL, THERMAL, thermoroll
-from tests.support.scenes import STEEL, article_4_1, on_grid, order, reference, rolling, saturation, solved
+from tests.support.scenes import article_4_1, on_grid, order, reference, rolling, saturation, solved
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import Grid
@@ -265,7 +265,7 @@ def test_mirror_images_and_scale():
     there = solved(replace(base, motion=Motion(20.0, 0.002, -0.001, -3.0))).coupled
     for name in ("friction_coefficient", "heat_flux"):
         np.testing.assert_allclose(there.fields[name][:, ::-1], here.fields[name], atol=1e-3 * here.fields[name].max())
-    geometry = replace(base.geometry, **{k: 8.0 * v for k, v in vars(base.geometry).items() if v})
+    geometry = replace(base.geometry, **{k: 8.0 * v for k, v in vars(base.geometry).items() if v and isinstance(v, float)})
     large = replace(base, geometry=geometry, normal_force=64.0 * 65.0, motion=Motion(2.5, 0.002, 0.001, 3.0 / 8.0))
     for name in ("gamma_st", "temperature_rise_max_lower_K", "creepage_longitudinal"):
         assert solved(large).coupled.scalars[name] == pytest.approx(here.scalars[name], rel=1e-8)
@@ -355,10 +355,9 @@ def test_run_from_the_command_line(tmp_path):
 
 
 def test_grid_ladder_carries_the_friction_up():
-    """The finest grid starts from the friction of the coarser one: few iterations there, the same answer on one grid."""
+    """The finest grid starts from the friction of the coarser one: few iterations there."""
     ladder = solved(on_grid(warm(), 64))
     assert ladder.work["levels"][-1]["warm_friction_iterations"] <= 5
-    assert STEEL.thermal
 
 
 # --- CONTACT ---------------------------------------------------------------------------------------------------------
