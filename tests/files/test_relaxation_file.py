@@ -72,10 +72,10 @@ def test_units_and_separators_mean_the_same(tmp_path: Path, header: str, unit: f
 
 @pytest.mark.parametrize(("text", "message"), [
     ("frequency_Hz,storage_GPa\n1,2\n", "no column loss_GPa"),
-    ("", "needs a header line"),
+    ("", "a table of measured moduli needs a header line"),
     ("f,storage_GPa,loss_GPa\n1,2,3\n", "no column frequency_Hz"),
     ("frequency_Hz,storage_GPa,loss_GPa\n1,2,x\n", "line 2: loss is no number"),
-    ("frequency_Hz,storage_GPa,loss_GPa\n1,2\n", "line 2: 2 values for 3 keys"),
+    ("frequency_Hz,storage_GPa,loss_GPa\n1,2\n", "line 2: 2 values for 3 columns"),
     ("frequency_Hz,storage_GPa,loss_GPa\n1,2,-1\n", "must be positive"),
     ("frequency_Hz,storage_GPa,loss_GPa\n1,2,1\n", "has 1 frequencies"),
     ("frequency_Hz,storage_GPa,loss_GPa\n" + "".join(f"1e{k},1e{k},1e{k}\n" for k in range(-3, 4)), "still relaxes"),

@@ -153,12 +153,12 @@ def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "needs a header line"),
+        ("", "a list of points needs a header line"),
         ("load.normal_N\n", "needs a header line"),
         ("load.normal_N,load.normal_N\n1,2\n", "swept twice"),
-        ("load.normal_N,rolling.speed_m_s\n1,2\n3\n", "line 3: 1 values for 2 keys"),
+        ("load.normal_N,rolling.speed_m_s\n1,2\n3\n", "line 3: 1 values for 2 columns"),
         ("load.normal_N,rolling.speed_m_s\n60,5,1,2\n", "where numbers have a comma, separate them by semicolons"),
-        ("load.normal_N;rolling.speed_m_s\n1;2\n;;;\n3;4\n", "line 3: a blank row between points"),
+        ("load.normal_N;rolling.speed_m_s\n1;2\n;;;\n3;4\n", "line 3: a blank row between others"),
         ("load.normal_N,rolling.speed_m_s\n1,2\n3,\n", "line 3: rolling.speed_m_s has no value"),
         ("load.normal_N\n1\n2\n1\n", "line 4: the same point as in line 2"),
         ("load.normal_N\n1\n?\n", "neither a number nor a word"),

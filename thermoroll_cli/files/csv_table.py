@@ -42,16 +42,16 @@ def read_columns(
         lines.pop()  # a spreadsheet fills up rows, and columns
     keys, rows = _filled(lines[0][1]) if lines else [], lines[1:]
     if not keys or not rows:
-        raise ValueError(f"{path}: needs a header line with keys, for example load.normal_N, and a line for each point")
+        raise ValueError(f"{path}: {kind} needs a header line with the names of its columns, and lines of values below it")
     read = []
     for number, cells in rows:
         place, cells = f"{path}, line {number}", _filled(cells, len(keys))
         if not any(cells):
-            raise ValueError(f"{place}: a blank row between points: fill it in or delete it")
+            raise ValueError(f"{place}: a blank row between others: fill it in or delete it")
         if len(cells) != len(keys):
             commas = delimiter == "," and len(cells) > len(keys)
-            hint = "; where numbers have a comma, separate them by semicolons, and the keys" if commas else ""
-            raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys{hint}")
+            hint = "; where numbers have a comma, separate them by semicolons, and the names" if commas else ""
+            raise ValueError(f"{place}: {len(cells)} values for {len(keys)} columns{hint}")
         if "" in cells and not gaps:
             raise ValueError(f"{place}: {keys[cells.index('')]} has no value")
         if delimiter != ",":
