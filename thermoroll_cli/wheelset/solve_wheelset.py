@@ -22,10 +22,11 @@ from thermoroll_cli.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
 MOST_ROUNDS = 32
-ROUGH, FINE = 2e-2, 1e-4
+ROUGHLY, ROUGH, FINE = 2e-2, 1e-3, 1e-4
 """On a rough grid and on the wanted one: change of the vertical force over the load from round to round with which patches are
-known, and what is unbalanced then: torque about the axle over radius and friction limit, or traction over that limit. A round
-without heat costs hardly less on a rough grid: tighter rounds there save no others."""
+known, and what is unbalanced then: torque about the axle over radius and friction limit, or traction over that limit. If both
+grids are without heat, a round costs hardly less on the rough one: it is met only roughly, and left out on patches that are
+known."""
 STOOD = 0.1
 """Share of these with which the wheelset is placed."""
 GUESSES = 2
@@ -44,7 +45,8 @@ Report = Callable[[str, Mapping[str, Any]], None]
 class SolvedWheelset:
     """The standing of a wheelset, its angular velocity (rad/s, about the axle to the right: negative forward), its patches, and
     why it is not in balance (`reason`, empty if it is). `rounds` counts solutions of all patches; `drift` is the last change
-    of the ratios of forces, `slopes`, (n + 1, n + 1), are those of the search (see `_Search`) for n patches."""
+    of the ratios of forces, `slopes`, (n + 1, n + 1), are those of the search (see `_Search`) for n patches, and
+    `finer` is by how much its unknowns differ between the rough and the wanted grid."""
 
     problem: WheelsetProblem
     standing: Standing
@@ -54,6 +56,7 @@ class SolvedWheelset:
     rounds: int = 0
     drift: float = 0.0
     slopes: Array = field(default_factory=lambda: -np.eye(1))
+    finer: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def drive_slope(self) -> float:
@@ -69,23 +72,29 @@ Solvers = dict[tuple[bool, SideName], list[tuple[float, Solver]]]
 
 def balanced(problem: WheelsetProblem, roll: float, before: SolvedWheelset | None, solvers: Solvers, threads: int,
              report: Report) -> SolvedWheelset:
-    """The wheelset in balance, from its first contact at a `roll` (rad), or from where one stood `before`; on the patches of
-    that no rough grid is needed. Patches go on from what `solvers` have solved. Raises Unsolvable where a wheel misses its
-    rail."""
+    """The wheelset in balance, from its first contact at a `roll` (rad), or from where one stood `before`; its patches go on
+    from what `solvers` have solved. Raises Unsolvable where a wheel misses its rail."""
     state = _Search(problem, roll, before, report, solvers, threads)
     rough = _rough(problem)
+    without_heat = rough.contact.heating.heat != problem.contact.heating.heat
+    coarse = np.zeros(0)
     try:
-        if not state.known or state.moved_on():
+        known = bool(state.known) and not state.moved_on()
+        if not known:
             state.guess()
-            if rough is not problem:
-                state.rounds_of(rough, ROUGH)
+        if rough is not problem and (without_heat or not known):
+            state.rounds_of(rough, ROUGH if without_heat else ROUGHLY)
+            coarse = state.next_place
+            if before is not None and len(before.finer) == len(coarse):
+                state.go_to(coarse + before.finer)
         reason = state.rounds_of(problem, FINE)
+        finer = state.next_place - coarse if len(state.next_place) == len(coarse) else np.zeros(0)
         # The height follows the approaches of the last round, which leave the load of a wheel's only patch as it is.
         state.stand(BALANCED)
     except NoHeight as cause:
         return state.without_height(cause)
     return SolvedWheelset(problem, state.standing, state.velocity, state.patches, reason, state.rounds, state.drift,
-                          state.slopes)
+                          state.slopes, finer)
 
 
 class _Search:
@@ -166,6 +175,11 @@ class _Search:
             loads = np.array([bearing.load for _, bearing in self.loaded])
             self.scales = np.array([*(loads / loads.sum()), 1.0])
             self.mixing = Anderson(len(place))
+
+    @property
+    def next_place(self) -> Array:
+        """The unknowns of the next round."""
+        return self._place_of(self.known)
 
     def _place_of(self, patches: Loaded) -> Array:
         return np.array([*(bearing.vertical for _, bearing in patches), self.velocity / self.unit])
