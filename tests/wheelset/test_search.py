@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -10,6 +14,7 @@ from thermoroll_cli import Case
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.curves import ProfileCurve
 from thermoroll_cli.wheelset.first_contact import wheelset_warnings
+from thermoroll_cli.wheelset.indentation import _grid
 from thermoroll_cli.wheelset.kinematics import Slip, creepages, directions
 from thermoroll_cli.wheelset.patch_surface import patches_of
 from thermoroll_cli.wheelset.placement import Position, WheelSide, locus
@@ -126,3 +131,13 @@ def test_tables_of_a_wheel_that_is_not_solved_are_said_to_have_no_effect():
     alone = case.with_values({"wheelset.wheels": "right"})
     found = [warning for warning in wheelset_warnings(alone.task) if "effect" in warning]
     assert found == [f"[{table}.left] has no effect: the right wheel alone is solved" for table in ("wheelset", "track")]
+
+
+def test_an_overlap_that_a_table_misses_has_a_grid():
+    """It lies between two places, at the end of a profile, where the fitted gap closes along."""
+    s = np.linspace(-1e-3, 1e-3, 5)
+    table = s, np.array([2e-6, 1e-6, 5e-7, 1e-6, 2e-6]), np.zeros(5), np.full((3, 5), -1.0)
+    patch: Any = SimpleNamespace(table=table, overlap=(1e-7, 0.0), facing=SimpleNamespace(wheel=SimpleNamespace(radius=0.5)))
+    grid = _grid(patch)
+    assert grid.dy * (grid.ny - 2) == pytest.approx(1e-3)
+    assert grid.dx * (grid.nx - 2) == pytest.approx(2.0 * math.sqrt(1e-7 * 8.0 * 0.5))

@@ -60,10 +60,12 @@ def _grid(patch: PatchSurface) -> Grid:
     """A grid over the overlap and an element around it: an elastic contact lies within the overlap."""
     s, lowest, x_lowest, fitted = patch.table
     # An overlap may lie between the places.
-    inside = (lowest < 0.0) | (lowest == lowest.min())
-    half = np.sqrt(np.maximum(-lowest, 0.0) / fitted[0])
-    rear, front = (x_lowest - half)[inside].min(), (x_lowest + half)[inside].max()
-    low, high = s[inside][[0, -1]]
+    depth = np.where(lowest == lowest.min(), patch.overlap[0], -lowest)
+    inside, step = depth > 0.0, s[1] - s[0]
+    # The gap opens along as at an inclination of 75° at least: at the end of a profile its fit may not.
+    half = np.sqrt(depth[inside] / np.maximum(fitted[0, inside], 0.125 / patch.facing.wheel.radius))
+    rear, front = (x_lowest[inside] - half).min(), (x_lowest[inside] + half).max()
+    low, high = s[inside][0] - step, s[inside][-1] + step
     nx, ny = COARSE_GRID
     return Grid.over(COARSE_GRID, nx / (nx - 2) * (front - rear), ny / (ny - 2) * (high - low), 0.5 * (low + high),
                      0.5 * (rear + front))
