@@ -40,8 +40,11 @@ def refine(
     begun, transforms = time.perf_counter(), counted.transforms
     coarse, tolerances, hot = levels[-1] if levels else None, tolerances_on(plan, usual), cold is not None
 
-    def found(here: Discretisation, guess: Contact | None, source: Level | None, balanced: bool) -> SteadyState:
-        """The state on `here`, from what the last problem predicts there, else from `guess`, what `source` knows."""
+    def found(
+        here: Discretisation, near: tuple[Discretisation, Contact] | None, source: Level | None, balanced: bool
+    ) -> SteadyState:
+        """The state on `here`, from what the last problem predicts there, else from the state of the grid `near` it and what
+        `source` knows."""
         neighbour = predicted(here, coarse, last)
         if neighbour is not None:
             before, residual = at_place(last, here.place), None if coarse is None else PREDICTED
@@ -50,13 +53,13 @@ def refine(
                                 learnt=learnt(before, here, start, balanced, residual))
             if not (hot and state.touches_rim):
                 return state  # else the domain that follows would depend on neighbours
-        start = first_guess(here, guess, hot=hot)
+        start = first_guess(here, None if near is None else carried(here, *near), hot=hot)
         return fixed_point(here, start, tolerances, balanced=balanced, learnt=learnt(source, here, start, balanced, None))
 
     here = begun_on(usual, coarse)
     known = coarse or cold
-    guess = None if known is None else carried(here, known.here, known.contact)
-    state = found(here, guess, coarse, hot and coarse is not None and coarse.stays_balanced)
+    near = None if known is None else (known.here, known.contact)
+    state = found(here, near, coarse, hot and coarse is not None and coarse.stays_balanced)
     shrunk = settled = False
     for _ in range(here.options.most_moves if hot else 0):
         # A contact that turns out larger than it seemed keeps the room that it then gets.
@@ -65,8 +68,7 @@ def refine(
         if moved is None:
             break
         shrunk = not state.touches_rim
-        guess = carried(moved, here, state.contact)
-        here, state = moved, found(moved, guess, None, state.balanced and state.converged)
+        here, state = moved, found(moved, (here, state.contact), None, state.balanced and state.converged)
     if returns(usual, here, state):
         guess = first_guess(usual, carried(usual, here, state.contact), hot=True)
         back = fixed_point(usual, guess, tolerances, balanced=state.balanced)

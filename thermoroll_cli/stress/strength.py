@@ -35,6 +35,7 @@ from thermoroll_cli.stress.smallest_ball import Balls, smallest_balls
 
 SQRT3 = math.sqrt(3.0)
 OF_LINES = "alternating_k", "dang_van"
+"""Fields of each line of rolling."""
 PARABOLA = 3
 """Depths through which the largest strength goes (`largest_over_depth`)."""
 
@@ -149,12 +150,14 @@ class StrengthCollector:
 
     def take(self, index: int, elastic: AnyArray, total: AnyArray) -> None:
         """One depth: elastic and total stresses (6, nx, columns) in Pa, the same array without thermal stresses."""
-        needed, residual = shakedown_at_depth(total, mirrored=self.mirrored)
+        needed, (xx, yy, xy) = shakedown_at_depth(total, mirrored=self.mirrored)
         cold = shakedown_at_depth(elastic, mirrored=self.mirrored)[0] if self.thermal else needed
         alternating, dang_van, self._above = line_fatigue(total, self.strength.dang_van_coefficient, self._above)
-        found: tuple[Any, ...] = needed, cold, float(von_mises(total).max()) / math.sqrt(3.0), *residual, alternating, dang_van
-        for values, value in zip(self.values.values(), found, strict=True):
-            values[index] = value
+        found: dict[str, Any] = {
+            "shakedown_k": needed, "elastic_shakedown_k": cold, "elastic_limit_k": float(von_mises(total).max()) / SQRT3,
+            "residual_xx": xx, "residual_yy": yy, "residual_xy": xy, "alternating_k": alternating, "dang_van": dang_van}
+        for name, value in found.items():
+            self.values[name][index] = value
 
     def profiles(self) -> dict[str, Array]:
         """Largest values (Pa) of each depth, (nz,)."""
@@ -182,7 +185,7 @@ class StrengthCollector:
         """Scalars in the units of their names (`SUBSURFACE_SCALARS`), nan where no depth counts."""
         scalars: dict[str, float] = {}
         for name, (surface, below) in self.peaks(every).items():
-            strongest = max(below, surface, key=attrgetter("value"))
+            strongest = max(below, surface, key=attrgetter("value"))  # below the surface if both are equal
             scalars[f"{name}_{body}_MPa"] = strongest.value * 1e-6 or math.nan
             if not name.startswith("elastic"):
                 scalars[f"{name}_below_{body}_MPa"] = below.value * 1e-6 or math.nan

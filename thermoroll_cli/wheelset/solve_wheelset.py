@@ -24,8 +24,8 @@ from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 MOST_ROUNDS = 32
 ROUGHLY, ROUGH, FINE = 2e-2, 1e-3, 1e-4
 """On a rough grid and on the wanted one: change of the vertical force over the load from round to round with which patches are
-known, and what is unbalanced then: torque about the axle over radius and friction limit, or traction over that limit. If both
-grids are without heat, a round costs hardly less on the rough one: it is met only roughly, and left out on patches that are
+known, and what is unbalanced then: torque about the axle over radius and friction limit, or traction over that limit. If the
+rough grid leaves no heat out, a round costs hardly less on it: it is met only roughly, and left out on patches that are
 known."""
 STOOD = 0.1
 """Share of these with which the wheelset is placed."""
@@ -76,14 +76,14 @@ def balanced(problem: WheelsetProblem, roll: float, before: SolvedWheelset | Non
     from what `solvers` have solved. Raises Unsolvable where a wheel misses its rail."""
     state = _Search(problem, roll, before, report, solvers, threads)
     rough = _rough(problem)
-    without_heat = rough.contact.heating.heat != problem.contact.heating.heat
+    leaves_heat_out = rough.contact.heating.heat != problem.contact.heating.heat
     coarse = np.zeros(0)
     try:
         known = bool(state.known) and not state.moved_on()
         if not known:
             state.guess()
-        if rough is not problem and (without_heat or not known):
-            state.rounds_of(rough, ROUGH if without_heat else ROUGHLY)
+        if rough is not problem and (leaves_heat_out or not known):
+            state.rounds_of(rough, ROUGH if leaves_heat_out else ROUGHLY)
             coarse = state.next_place
             if before is not None and len(before.finer) == len(coarse):
                 state.go_to(coarse + before.finer)

@@ -60,7 +60,8 @@ def stand(
 
     if problem.vertical is None:
         return Standing(problem.position.roll, problem.position.z, {
-            side: wheels[side].bearings(problem.facing(side), 0.0, solved.get(side, ())) for side in problem.sides})
+            side: wheels[side].bearings(wheels[side].over(problem.facing(side)), 0.0, solved.get(side, ()))
+            for side in problem.sides})
     if not problem.finds_roll:
         return Standing(problem.position.roll, *carried(problem.sides, problem.vertical, problem.position.roll), depths)
     half = 0.5 * problem.vertical
