@@ -13,7 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 from matplotlib.transforms import Affine2D
 
 from thermoroll_cli.arrays import Array
@@ -122,6 +122,7 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
     norm = Normalize(lowest, max(float(np.nanmax(value)) for value in values))
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
     panels = figure.subplots(1, len(shown), squeeze=False, width_ratios=widths)[0]
+    step = MaxNLocator(10, steps=[1, 2, 5, 10]).tick_values(0.0, height)[1]  # of both axes, which have one scale
     for axes, patch, (x, y, value, borders, place), box, middle in zip(
             panels, result.contacts, shown, boxes, middles, strict=True):
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
@@ -133,10 +134,10 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
         draw_borders(axes, borders, place)
         axes.set(xlim=box[:2], ylim=(middle - 0.5 * height, middle + 0.5 * height), xlabel="y (mm)",
                  title=patch.name.replace("_", " "))
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10], min_n_ticks=1))
+        axes.xaxis.set_major_locator(MultipleLocator(step))
+        axes.yaxis.set_major_locator(MultipleLocator(step))
     panels[0].set_ylabel("x along travel (mm)")
-    figure.colorbar(colours, ax=list(panels), label=f"{words} ({unit})", pad=0.02)
+    figure.colorbar(colours, ax=list(panels), label=f"{words} ({unit})", pad=0.06)
     style.add_headline(figure, result.problem.title, result.converged, "seen from above")
     style.add_legend(figure, kinds_of_borders(borders for *_, borders, _ in shown))
     return figure
