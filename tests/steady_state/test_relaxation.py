@@ -17,6 +17,7 @@ from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.relaxation import Series
 from thermoroll_cli.refinement.error_estimates import missed_accuracy
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -400,6 +401,38 @@ def test_layers_in_the_limits_of_speed_are_elastic() -> None:
         found = scalars(roller(upper=on_steel(TYRE), load=10.0, creepage_x=0.01, speed=speed))
         for name in ("force_x_N", "pressure_max_MPa", "contact_area_mm2", "approach_um"):
             assert found[name] == pytest.approx(elastic[name], rel=4e-3), name
+
+
+def on_core(modulus: float, young: float = 2.4e9, relaxation: Series = ((0.5, 1e-3),)) -> Material:
+    return Material(modulus, 0.45, layers=(Layer(500e-6, young, 0.38, relaxation=relaxation),))
+
+
+@pytest.mark.parametrize("core", [0.05e9, 0.24e9])
+def test_a_layer_that_is_rolled_fast_loses_what_its_elastic_contact_stores(core: float) -> None:
+    """Far faster than it relaxes, the resistance is R = 2 s/(V τ) d/d ln J ∫ δ dW of the elastic contact whose layer has the
+    compliance J, whatever lies below: the memory trails behind the contact over many of its lengths."""
+    geometry, load, speed, change = Geometry(math.inf, math.inf, 0.05, 0.2), 2.0, 300.0, 0.05
+
+    def stored(young: float) -> float:
+        """∫ δ dW by Gauss's rule over the cube root of the load, in which δ is smooth."""
+        nodes, weights = np.polynomial.legendre.leggauss(4)
+        root, weights = 0.5 * (1.0 + nodes), 0.5 * weights
+        approach = [scalars(roller(upper=on_core(core, young, ()), friction=0.0, load=load * u**3, grid=(24, 24),
+                                   geometry=geometry))["approach_um"] for u in root]
+        return float(weights @ (3.0 * root**2 * load * np.array(approach) * 1e-6))
+
+    slope = (stored(2.4e9 / (1.0 + change)) - stored(2.4e9 / (1.0 - change))) / math.log((1.0 + change) / (1.0 - change))
+    found = scalars(roller(upper=on_core(core), friction=0.0, load=load, grid=(24, 24), geometry=geometry, speed=speed))
+    assert found["rolling_resistance_N"] == pytest.approx(2.0 * 0.5 / 1e-3 * slope / speed, rel=3e-3)
+
+
+def test_a_layer_that_is_rolled_slowly_resists_in_proportion_to_the_speed() -> None:
+    """Everything but the last, linear, part of its memory has relaxed: R/V is a constant, as of whole bodies."""
+    over_speed = [scalars(roller(upper=on_core(0.24e9), friction=0.0, load=2.0, grid=(24, 24), speed=speed,
+                                 geometry=Geometry(math.inf, math.inf, 0.05, 0.2)))["rolling_resistance_N"] / speed
+                  for speed in (1e-6, 1e-5, 1e-4, 1e-3)]
+    assert over_speed[0] > 0.0
+    assert over_speed == pytest.approx([over_speed[0]] * 4, rel=1e-3)
 
 
 def test_two_layers_of_one_material_are_one_and_power_is_balanced() -> None:

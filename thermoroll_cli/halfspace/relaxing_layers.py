@@ -14,6 +14,7 @@ averaged over these.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -42,6 +43,11 @@ _GAUSS = 0.5 + 0.5 / math.sqrt(3.0), 0.5 - 0.5 / math.sqrt(3.0)
 SLOW = np.concatenate([_HALVINGS * (1.0 - 0.5 * place) for place in _GAUSS])
 SHARES = np.tile(0.25 * _HALVINGS, 2) / (1.0 - 0.5**25)
 """Places between 0 and 1, denser towards 0, and their weights in a mean."""
+WIDE = 4.0
+"""Width of the plane of slow waves over that of the others, across."""
+SLOWEST_WAVES, NODES, FEW_NODES = 6.0, 20, 4
+"""Width, over the step of the plane's wave numbers along x, of the Gaussian part around 0 that is integrated more finely, and
+the nodes of Gauss's rule on its first panels and on the others."""
 MOST_ALIASES = 3
 """Aliases on each side that are added for layers thinner than an element."""
 Part = Literal["normal", "shear", "coupling"]
@@ -110,13 +116,44 @@ class RelaxingLayers:
             for across in range(-aliases[1], aliases[1] + 1):
                 x, y = (theta_x + 2.0 * np.pi * along) / dx, (theta_y + 2.0 * np.pi * across) / dy
                 for name, symbol in self._remaining(part, x, y, step, dx, dy).items():
+                    if along == 0:
+                        symbol = symbol * -np.expm1(-0.5 * (x / (SLOWEST_WAVES * step)) ** 2)
                     sums[name] = sums.get(name, 0.0) + symbol
         place = np.arange(-(rows - 1), rows)
-        return {name: np.fft.irfft2(symbol, (px, py))[place, :columns] / (dx * dy) for name, symbol in sums.items()}
+        tables = {name: np.fft.irfft2(symbol, (px, py))[place, :columns] / (dx * dy) for name, symbol in sums.items()}
+        wide = even_length(round(WIDE * py))
+        theta_wide = np.asarray(2.0 * np.pi * np.fft.rfftfreq(wide)[None, :], dtype=np.float64)
+        for name, slow in self._slow(part, np.asarray(place * dx), theta_wide, step, aliases[1], dx, dy).items():
+            tables[name] = tables[name] + np.fft.irfft(slow, wide, axis=1)[:, :columns] / dy
+        return tables
+
+    def _slow(
+        self, part: Part, place: Array, theta_y: Array, step: float, aliases: int, dx: float, dy: float
+    ) -> dict[str, AnyArray]:
+        """The part of waves so long that the plane has few or none of them, at `place` along x and the wave numbers across: a
+        memory trails far behind the plane. By Gauss's rule on panels that halve towards kₓ = 0."""
+        most = 6.0 * SLOWEST_WAVES * step
+        times = [time for layer in self.body.layers for _, time in layer.retardation]
+        least = min(1e-2 / (self.speed * max(times)), 0.1 * step)
+        halvings = math.ceil(math.log2(most / least))
+        edges = np.concatenate(([0.0], most * 2.0 ** np.arange(-halvings, 1.0)))
+        panels = [(low, high, NODES if high > 0.2 * most else FEW_NODES) for low, high in itertools.pairwise(edges.tolist())]
+        rules = [(low, high, *np.polynomial.legendre.leggauss(number)) for low, high, number in panels]
+        k = np.concatenate([low + 0.5 * (high - low) * (1.0 + nodes) for low, high, nodes, _ in rules])
+        w = np.concatenate([0.5 * (high - low) * weights for low, high, _, weights in rules])
+        k, w = np.concatenate((k, -k)), np.concatenate((w, w))
+        w = w * np.exp(-0.5 * (k / (SLOWEST_WAVES * step)) ** 2) / (2.0 * np.pi)
+        wave = np.exp(1j * np.outer(place, k)) * w
+        sums: dict[str, AnyArray] = {}
+        for across in range(-aliases, aliases + 1):
+            for name, symbol in self._remaining(part, k[:, None], (theta_y + 2.0 * np.pi * across) / dy, step, dx, dy).items():
+                sums[name] = sums.get(name, 0.0) + wave @ symbol
+        return sums
 
     def _remaining(self, part: Part, x: Array, y: Array, step: float, dx: float, dy: float) -> dict[str, AnyArray]:
         """What remains of the symbols of `remaining_tables` at wave numbers along and across, times the area of an element."""
         k, z = np.hypot(x, y), self.depth(dx, dy)
+        longest = 10.0 * SHALLOW / sum(layer.thickness for layer in self.body.layers)
         safe = np.where(k > 0.0, k, 1.0)
         sinc = np.sinc(0.5 * x * dx / np.pi) * np.sinc(0.5 * y * dy / np.pi) * dx * dy
         decay = np.exp(-k * z) * dx * dy
@@ -126,7 +163,8 @@ class RelaxingLayers:
             symbol += self.surface[name] * self.memory(self.top, x, step) * (1.0 + k * z) * decay
             for layer in self.body.layers:
                 symbol -= self.even(layer)[name] * k * decay * self.memory(layer, x, step)
-            parts[name] = np.where(k > 0.0, symbol / safe, 0.0)
+            # On longer waves it falls with their number, and is less than the error of the interpolation.
+            parts[name] = np.where(k > longest, symbol / safe, 0.0)
         cosine, sine = x / safe, y / safe
         if part == "normal":
             return parts
@@ -150,9 +188,15 @@ class RelaxingLayers:
                                                             mode="nearest", prefilter=False))
 
         ahead = np.abs(along[moves])
-        result[moves] = interpolated(0, ahead, k[moves]) + 1j * np.sign(along[moves]) * interpolated(1, ahead, k[moves])
+        result[moves] = (interpolated(0, ahead, k[moves])
+                         + 1j * np.sign(along[moves]) * self._lagging(ahead) * interpolated(1, ahead, k[moves]))
         result[rest] = SHARES @ interpolated(0, 0.5 * step * SLOW[:, None], k[rest])
         return result
+
+    def _lagging(self, x: Array) -> Array:
+        """Share of the longest memory that lags behind, at wave numbers `x` along x (1/m)."""
+        lag = x * self.speed * max(time for layer in self.body.layers for _, time in layer.retardation)
+        return np.asarray(lag / (1.0 + lag**2))
 
     @cached_property
     def _table(self) -> tuple[Array, Array, dict[str, tuple[Array, Array]]]:
@@ -173,7 +217,9 @@ class RelaxingLayers:
         coefficients = {}
         for name in self.surface:
             added = np.stack([getattr(row, name) - getattr(at_once, name) for row in rows])
+            # Over what one memory has, so that it is constant on waves so long that everything has relaxed.
+            lagging = added.imag / self._lagging(np.exp(log_x))[:, None]
             real, imaginary = (np.asarray(scipy.ndimage.spline_filter(part, order=3, mode="nearest"))
-                               for part in (added.real, np.ascontiguousarray(added.imag)))
+                               for part in (added.real, lagging))
             coefficients[name] = real, imaginary
         return log_k, log_x, coefficients

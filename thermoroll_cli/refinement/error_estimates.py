@@ -90,6 +90,9 @@ ERROR_SCALARS = tuple(name for name, scalar in SCALARS.items() if scalar.accurat
 SMALLEST_ERROR_K = 1e-3
 """Temperatures need not be known more closely, in K, however small the rise is: no accuracy is missed for less."""
 
+LOST_IN_LAYERS, TABULATED = ("hysteresis_W", "rolling_resistance_N", "rolling_resistance_moment_Nmm"), 5e-4
+"""Losses of layers that relax, and the share of them by which the table of their memory errs, whatever the grid."""
+
 EXTRAPOLATED = of_kind("integral", "exchanged heat", "resultant", "creepage")
 """Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit. So do the
 creepages that are found for forces."""
@@ -156,6 +159,9 @@ def estimates(grid: Resolution, without: Collection[str] = ()) -> dict[str, floa
         of_stick = math.sqrt(summary["gamma_st"] + SAFETY * grid.unresolved("stick")) - math.sqrt(summary["gamma_st"])
         for name in (*CREEPAGES, *of_kind("integral", "exchanged heat")):
             errors[name] += SPREAD * of_stick
+    if grid.derived.relaxing is not None and grid.derived.coatings is not None:
+        for name in LOST_IN_LAYERS:
+            errors[name] += TABULATED
     return errors
 
 

@@ -23,7 +23,6 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -201,9 +200,11 @@ def _climbing(wheel: WheelSide) -> float:
     tip = int(np.argmax(radius))
     if radius[tip] < wheel.radius + FLANGE:
         return -math.inf
-    outside = y > y[tip]
-    angle = np.arctan2(-dr * np.sign(dy), np.abs(dy))[outside]
-    return float(y[outside][angle > angle.max() - STEEPEST].min())
+    # The flange alone: a chamfer or the face of the rim on the field side may be steeper.
+    tread = y[(y > y[tip]) & (radius < wheel.radius + 0.2 * FLANGE)].min(initial=math.inf)
+    flange = (y > y[tip]) & (y < tread)
+    angle = np.arctan2(-dr * np.sign(dy), np.abs(dy))[flange]
+    return float(y[flange][angle > angle.max() - STEEPEST].min())
 
 
 def _followed(contacts_at: Callable[[float], Contacts | None], amplitude: float) -> tuple[Array, tuple[Contacts, ...]]:
@@ -278,7 +279,8 @@ def _warnings(found: Conicity) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class _Potential:
-    """S(y) (m²) at the places `y` (m), between which Δr = `difference` (m) is linear, from `middle` where Δr = 0."""
+    """S(y) (m²) at the places `y` (m), between which Δr = `difference` (m) is linear, above its least value at `middle`. A
+    wheelset with the level E moves where S ≤ E around the middle: over humps that lie lower, as a hollow wheel has them."""
 
     y: Array
     difference: Array
@@ -292,7 +294,7 @@ class _Potential:
     @property
     def most(self) -> float:
         """The largest level that S reaches on both sides."""
-        return float(min(self.value[0], self.value[-1]))
+        return float(min(self.value[: self.number + 1].max(), self.value[self.number :].max()))
 
     @property
     def reach(self) -> float:
@@ -308,18 +310,21 @@ class _Potential:
         return np.asarray(self.value[k] + t * (self.difference[k] + 0.5 * slope * t))
 
     def ends(self, level: float) -> tuple[float, float]:
-        """The places on both sides of the middle at which S reaches a `level`."""
+        """The places on both sides of the middle at which S reaches a `level` first."""
         return self._end(level, -1), self._end(level, 1)
 
     def _end(self, level: float, direction: int) -> float:
         values, y = (row[self.number :: direction] for row in (self.value, self.y))
         d = direction * self.difference[self.number :: direction]
-        k = int(np.clip(np.searchsorted(values, level) - 1, 0, len(y) - 2))
+        above = np.flatnonzero(values >= level)
+        k = max(int(above[0]) - 1, 0) if len(above) else len(y) - 2
         rise, slope = level - values[k], (d[k + 1] - d[k]) / abs(y[k + 1] - y[k])
-        return float(y[k] + direction * 2.0 * rise / (d[k] + math.sqrt(max(d[k] ** 2 + 2.0 * slope * rise, 1e-300))))
+        step = 2.0 * rise / (d[k] + math.sqrt(max(d[k] ** 2 + 2.0 * slope * rise, 1e-300)))
+        return float(y[k] + direction * min(max(step, 0.0), abs(y[k + 1] - y[k])))
 
     def wavelength(self, amplitude: float, product: float) -> float:
-        """λ (m) at an `amplitude` (m); `product` is e r₀ (m²)."""
+        """λ (m) at an `amplitude` (m); `product` is e r₀ (m²). nan beyond the profiles, and where no motion has the amplitude:
+        just above a hump it jumps."""
         if self.reach < amplitude * (1.0 - 1e-12):
             return math.nan
 
@@ -327,8 +332,16 @@ class _Potential:
             left, right = self.ends(level)
             return right - left - 2.0 * amplitude
 
-        high = scipy.optimize.brentq(wider, 0.0, self.most, xtol=1e-300, rtol=1e-14) if wider(self.most) > 0.0 else self.most
+        low, high = 0.0, self.most
+        for _ in range(200):
+            level = 0.5 * (low + high)
+            low, high = (low, level) if wider(level) > 0.0 else (level, high)
+            if high - low <= 1e-15 * high:
+                break
         left, right = self.ends(high)
+        if right - left > 2.0 * amplitude + 2.0 * STEP:
+            # Where Δr = 0 over more than the amplitude nothing brings the wheelset back: an endless wave.
+            return math.inf if high <= 1e-12 * self.most else math.nan
         middle, half = 0.5 * (left + right), 0.5 * (right - left)
         angle = math.pi * ((np.arange(ANGLES) + 0.5) / ANGLES - 0.5)
         slope = np.sqrt(2.0 * np.maximum(high - self(middle + half * np.sin(angle)), 1e-300) / product)
@@ -336,21 +349,19 @@ class _Potential:
 
 
 def _potential(shifts: Array, difference: Array) -> _Potential | None:
-    """S(y) from the rising zero of Δr that lies next to the middle of the track, as far as Δr keeps its sign on either side;
-    None if there is none."""
+    """S(y) about its least value; None if that lies at an end."""
     crossing = np.flatnonzero((difference[:-1] < 0.0) & (difference[1:] >= 0.0))
     if not len(crossing):
         return None
     zeros = shifts[crossing] - difference[crossing] * np.diff(shifts)[crossing] / np.diff(difference)[crossing]
-    nearest = int(np.argmin(np.abs(zeros)))
-    at, zero = int(crossing[nearest]) + 1, float(zeros[nearest])
-    low = int(np.max(np.flatnonzero(difference[:at] >= 0.0), initial=-1)) + 1
-    falls = np.flatnonzero(difference[at:] < 0.0)
-    end = at + int(falls[0]) if len(falls) else len(shifts)
-    above = slice(at + 1 if shifts[at] - zero < 1e-15 else at, end)
-    y = np.concatenate((shifts[low:at], [zero], shifts[above]))
-    r = np.concatenate((difference[low:at], [0.0], difference[above]))
-    if at == low or len(y) == at - low + 1:
+    y, r = np.concatenate((shifts, zeros)), np.concatenate((difference, 0.0 * zeros))
+    order = np.argsort(y, kind="stable")
+    y, r = y[order], r[order]
+    kept = np.concatenate(([True], np.diff(y) > 1e-15))
+    y, r = y[kept], r[kept]
+    value = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(y) * (r[:-1] + r[1:]))))
+    least = np.flatnonzero(value <= value.min() + 1e-12 * np.ptp(value))
+    number = int(least[np.argmin(np.abs(y[least]))])
+    if number in (0, len(y) - 1):
         return None
-    steps = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(y) * (r[:-1] + r[1:]))))
-    return _Potential(y, r, steps - steps[at - low], at - low)
+    return _Potential(y, r, value - value[number], number)

@@ -52,13 +52,13 @@ def shared_errors(solved: SolvedWheelset) -> SharedErrors:
 
 
 def _velocity(solved: SolvedWheelset, loads: Sequence[float]) -> float:
-    """Error of the angular velocity over itself: that of the forces along the track, and their tolerance, over their change
-    with it."""
+    """Error of the angular velocity over itself: that of the forces along the track, and what the search left of them, over
+    their change with it."""
     limit = sum(patch.result.problem.traction_limit for patch in solved.patches)
     if not solved.problem.finds_speed or not limit:
         return 0.0
     forces = sum(patch.force_errors(load)[0] for patch, load in zip(solved.patches, loads, strict=True))
-    return float(forces / limit + FINE) / abs(solved.drive_slope)
+    return float(forces / limit + max(FINE, solved.left)) / abs(solved.drive_slope)
 
 
 def _carriers(solved: SolvedWheelset) -> Iterator[list[int]]:

@@ -21,7 +21,9 @@ from thermoroll_cli.wheelset.patch_problem import SolvedPatch, estimated_frictio
 from thermoroll_cli.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
-MOST_ROUNDS = 32
+MOST_ROUNDS, MIXED_ROUNDS, NEARLY_ROUNDS = 32, 8, 20
+"""Rounds at most; with all unknowns mixed; and from which on a change of `ROUGH` counts as an error, not as a failure: patches
+that come and go, and approaches that jump with the places of the elements, leave no state that is met more closely."""
 ROUGHLY, ROUGH, FINE = 2e-2, 1e-3, 1e-4
 """On a rough grid and on the wanted one: change of the vertical force over the load from round to round with which patches are
 known, and what is unbalanced then: torque about the axle over radius and friction limit, or traction over that limit. If the
@@ -44,9 +46,9 @@ Report = Callable[[str, Mapping[str, Any]], None]
 @dataclass(frozen=True)
 class SolvedWheelset:
     """The standing of a wheelset, its angular velocity (rad/s, about the axle to the right: negative forward), its patches, and
-    why it is not in balance (`reason`, empty if it is). `rounds` counts solutions of all patches; `drift` is the last change
-    of the ratios of forces, `slopes`, (n + 1, n + 1), are those of the search (see `_Search`) for n patches, and
-    `finer` is by how much its unknowns differ between the rough and the wanted grid."""
+    why it is not in balance (`reason`, empty if it is). `rounds` counts solutions of all patches; `left` is the last change of
+    the vertical forces over the load or, if larger, what is unbalanced; `slopes`, (n + 1, n + 1), are those of the search (see
+    `_Search`) for n patches, and `finer` is by how much its unknowns differ between the rough and the wanted grid."""
 
     problem: WheelsetProblem
     standing: Standing
@@ -54,7 +56,7 @@ class SolvedWheelset:
     patches: tuple[SolvedPatch, ...]
     reason: str = ""
     rounds: int = 0
-    drift: float = 0.0
+    left: float = 0.0
     slopes: Array = field(default_factory=lambda: -np.eye(1))
     finer: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -93,7 +95,7 @@ def balanced(problem: WheelsetProblem, roll: float, before: SolvedWheelset | Non
         state.stand(BALANCED)
     except NoHeight as cause:
         return state.without_height(cause)
-    return SolvedWheelset(problem, state.standing, state.velocity, state.patches, reason, state.rounds, state.drift,
+    return SolvedWheelset(problem, state.standing, state.velocity, state.patches, reason, state.rounds, state.left,
                           state.slopes, finer)
 
 
@@ -109,7 +111,7 @@ class _Search:
         self.wheels = wheels_of(problem)
         self.standing = Standing(roll, 0.0, {})
         self.loaded, self.known, self.patches = Loaded(), Loaded(), tuple[SolvedPatch, ...]()
-        self.rounds, self.drift = 0, math.inf
+        self.rounds, self.drift, self.left = 0, math.inf, math.inf
         radius, given = max(wheel.radius for wheel in problem.wheels.values()), problem.motion.angular_velocity
         self.unit = problem.motion.speed / (DRIVE_SLOPE * radius)
         self.velocity = -DRIVE_SLOPE * self.unit if given is None else given
@@ -213,19 +215,36 @@ class _Search:
         return {side} if self.problem.finds_roll else set(self.problem.sides)
 
     def rounds_of(self, problem: WheelsetProblem, tolerance: float) -> str:
-        """Rounds until neither the ratios of forces nor what drives the wheelset change any more; else why not."""
+        """Rounds until neither the ratios of forces nor what drives the wheelset change any more; else why not.
+
+        After `MIXED_ROUNDS` the search circles about a root, which lies between the last velocities. Then ratios follow by
+        substitution, the angular velocity in a bracket, and approaches are means over the rounds."""
         self.mixing = Anderson(len(self.slopes), known=self.mixing.secants)
-        for _ in range(MOST_ROUNDS):
+        root, borne = None, Loaded()
+        for turn in range(MOST_ROUNDS):
             self.stand(STOOD * tolerance)
             self._solve_patches(problem)
             forward, torque = -sum(patch.force[0] for patch in self.patches), sum(patch.torque for patch in self.patches)
             unbalanced = self._unbalanced(forward, torque, self._limit) if problem.finds_speed else 0.0
-            known = self.drift <= tolerance and abs(unbalanced) <= tolerance
+            self.left = max(self.drift, abs(unbalanced))
+            known = self.left <= (tolerance if turn < NEARLY_ROUNDS else ROUGH)
             if known and problem is self.problem:
                 return ""
             if self.drift <= tolerance and self._exceeds_friction:
                 break
-            self._mix(unbalanced)
+            if turn < MIXED_ROUNDS or not problem.finds_speed:
+                self._mix(unbalanced)
+            else:
+                if root is None or not _alike(self.loaded, borne) or abs(unbalanced) > root.slope * root.width:
+                    # The bracket is of the loads that it was begun with.
+                    drive = 1.0 / float(np.linalg.inv(self.slopes)[-1, -1])
+                    root, borne = RisingRoot(self.velocity / self.unit, abs(drive), LONGEST), self.loaded
+                root.move(-unbalanced)
+                self.go_to(np.array([*(found.vertical for _, found in self.known), root.place]))
+            if turn >= MIXED_ROUNDS:
+                new = 1.0 / (turn - MIXED_ROUNDS + 2)
+                self.known = [(side, replace(found, over_coarse=found.over_coarse**new * bearing.over_coarse ** (1.0 - new)))
+                              for (side, found), (_, bearing) in zip(self.known, self.loaded, strict=True)]
             if known:
                 return ""
         if self.drift > tolerance and not self._exceeds_friction:

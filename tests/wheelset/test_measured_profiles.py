@@ -1,0 +1,111 @@
+"""Wheels and rails as instruments measured them: wheelsets that rest on them, and their equivalent conicity."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from thermoroll_cli import Case, conicity, solve
+from thermoroll_cli.files.profile_file import read_outline
+
+REFERENCE = Path(__file__).parents[1] / "reference"
+FOLDER = REFERENCE / "measured_profiles"
+CASES = Path(__file__).parents[2] / "cases"
+WHEELS = ("Car7216_0001r.whl", "Car7358_0001r.whl", "avg_wheel.whl", "left-wheel-v1-pre-dry.whl", "whl_left_iter288.whl")
+RAILS = ("avg_HR.BAN", "avg_low2.ban", "left-roller-v1-pre-dry.ban", "rail_left_iter288.ban")
+HARD = {("Car7216_0001r.whl", "rail_left_iter288.ban", 0.0), ("left-wheel-v1-pre-dry.whl", "avg_low2.ban", 0.0),
+        ("whl_left_iter288.whl", "avg_low2.ban", 0.0), ("avg_wheel.whl", "avg_HR.BAN", -5.0)}
+"""Central positions, where spin is most of the power of two patches, and a flange."""
+
+
+def tables(wheel: dict[str, Any], rail: dict[str, Any], **wheelset: Any) -> dict[str, dict[str, Any]]:
+    return {
+        "material": {"youngs_modulus_GPa": 209.92, "poisson_ratio": 0.28},
+        "track": {"rail_profile": rail, "gauge_mm": 1435.0, "gauge_height_mm": 14.0},
+        "wheelset": {"wheel_profile": wheel, "nominal_radius_mm": 460.0, "flange_back_distance_mm": 1360.0,
+                     "vertical_N": 100e3, **wheelset},
+        "load": {"friction_coefficient": 0.3}, "rolling": {"speed_m_s": 20.0}, "thermal": {"heat": False},
+        "numerics": {"grid": 32},
+    }  # fmt: skip
+
+
+def measured(wheel: str, rail: str, **wheelset: Any) -> dict[str, dict[str, Any]]:
+    """A measured wheel on a measured rail with a cant of 1:20; its flange back is where the measurement begins."""
+    back = min(y for y, _ in read_outline(FOLDER / wheel).content) + 0.05
+    hand = {"mirror": True} if rail == "avg_HR.BAN" else {}
+    case = tables({"file": str(FOLDER / wheel)}, {"file": str(FOLDER / rail), **hand}, flange_back_mm=back, **wheelset)
+    case["track"]["cant"] = 0.05
+    return case
+
+
+@pytest.mark.parametrize(("wheel", "rail", "shift"), [
+    pair if pair in HARD else pytest.param(*pair, marks=pytest.mark.slow)
+    for pair in itertools.product(WHEELS, RAILS, (0.0, 3.0, -5.0))])  # fmt: skip
+def test_a_wheelset_rests_on_measured_profiles(wheel: str, rail: str, shift: float) -> None:
+    result = solve(Case.from_dict(measured(wheel, rail, lateral_shift_mm=shift)))
+    assert result.converged, result.reason
+    assert result["track_force_z_N"] == pytest.approx(1e5, rel=1e-3)
+    # The discretisation loses a part of the power, which is part of the error of the heat.
+    lost = result["power_balance_error"] * result["Q_F_W"]
+    assert lost <= result.uncertainty["Q_F_W"] + 2e-3 * result["Q_F_W"]
+
+
+def by_integration(shifts: np.ndarray, difference: np.ndarray, amplitude: float, product: float) -> float:
+    """tan γ_e of Klingel's wave at an `amplitude` (m), y'' = −Δr/(e r₀), followed step by step from the side where it turns:
+    the orbit around the least of the potential that spans twice the amplitude."""
+    y = np.linspace(shifts[0], shifts[-1], 40001)
+    dr = np.interp(y, shifts, difference)
+    level = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(y) * (dr[1:] + dr[:-1]))))
+    bottom = int(np.argmin(level))
+    spans = []
+    for k in range(bottom, -1, -1):     # the first place on the right at least as high as all of the left side so far
+        if level[k] < level[k : bottom + 1].max():
+            continue
+        right = np.flatnonzero(level[bottom:] > level[k])
+        if not len(right):
+            break
+        spans.append((k, bottom + int(right[0]) - 1))
+    k, end = next((k, end) for k, end in spans if y[end] - y[k] >= 2.0 * amplitude)
+    inside = level[k] - level[k + 1 : end]
+    # x = ∫ dy/√(2 (E − S)/(e r₀)); the steps at the turning points by their slope.
+    whole = float((np.diff(y)[0] / np.sqrt(2.0 * np.maximum(inside, 1e-30) / product)).sum())
+    for place in (k, end):
+        whole += float(np.sqrt(2.0 * np.diff(y)[0] * product / max(abs(dr[place]), 1e-12)))
+    return float((np.pi / (2.0 * whole)) ** 2 * 2.0 * product)
+
+
+def agrees(found: Any) -> None:
+    product = found.problem.contact_distance * found.mean_radius
+    for amplitude, value in zip(found.amplitudes, found.conicity, strict=True):
+        if np.isfinite(value):
+            expected = by_integration(found.shifts, found.radius_difference, amplitude, product)
+            assert value == pytest.approx(expected, rel=0.03, abs=0.01), amplitude
+
+
+@pytest.mark.parametrize("wheel", WHEELS)
+def test_measured_wheels_have_a_conicity(wheel: str) -> None:
+    found = conicity(measured(wheel, "avg_low2.ban"), [1.0, 2.0, 3.0, 5.0])
+    assert np.isfinite(found.conicity[:3]).all(), found.warnings
+    agrees(found)
+
+
+@pytest.mark.parametrize(("depth", "expected"), [(0.4, 0.23), (0.9, 0.33), (1.4, 0.55)])
+def test_a_hollow_wheel_has_the_conicity_of_the_orbit_over_both_wells(depth: float, expected: float) -> None:
+    y, z = np.array(read_outline(CASES / "MBench_S1002_v3.prw").content).T
+    hollow = np.stack((y, z - depth * np.exp(-(((y + 2.0) / 18.0) ** 2))), axis=1).tolist()
+    case = tables({"points_mm": hollow}, {"file": str(CASES / "MBench_UIC60_v3.prr")}, flange_back_mm=-70.0)
+    found = conicity(case, [1.0, 2.0, 3.0, 5.0])
+    assert found.conicity[2] == pytest.approx(expected, abs=0.01)
+    agrees(found)
+
+
+@pytest.mark.parametrize("wheel", ["face_12_cone_0.05.csv", "no_face_30_cone_0.05.csv"])
+def test_the_face_of_the_rim_and_its_edge_do_not_climb(wheel: str) -> None:
+    """Only the flange climbs: a chamfer on the field side, however steep, changes no conicity."""
+    folder = REFERENCE / "synthetic_profiles"
+    case = tables({"file": str(folder / wheel)}, {"file": str(folder / "rail.csv")}, flange_back_mm=0.2)
+    assert conicity(case, [1.0, 3.0]).conicity == pytest.approx([0.05, 0.05], abs=2e-4)
