@@ -410,3 +410,10 @@ def test_bad_files(tiny: Path, tmp_path: Path) -> None:
 def test_scales_follow_kalkers_coefficients() -> None:
     for ratio in (0.05, 1.0, 20.0):
         assert all(scale > 0.0 for scale in scales(creepage_coefficients(ratio, 0.28)))
+
+
+def test_a_file_that_is_no_table_is_not_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text("title = 'mine'\n")
+    done = call("table", "build", *TINY, "-o", tmp_path / "case.toml")
+    assert done.returncode == 2 and "it is not overwritten" in done.stderr
+    assert (tmp_path / "case.toml").read_text() == "title = 'mine'\n"

@@ -7,12 +7,14 @@ import errno
 import json
 import multiprocessing
 import os
+import random
 import resource
 import shutil
 import subprocess
 import threading
 import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -233,7 +235,7 @@ def test_more_points_in_between_keep_the_files_that_are_there(case: Path, finish
 def test_names_taken_by_other_points(case: Path, finished: Path) -> None:
     done = call("sweep", case, "--over", "creepage.longitudinal=0.0005,0.001", "--no-plots", "-o", finished, "--resume")
     assert done.returncode == 0
-    assert [row["file"] for row in rows(finished)] == ["spheres_0003.h5", "spheres_0001.h5"]
+    assert [row["file"] for row in rows(finished)] == ["spheres_0004.h5", "spheres_0001.h5"]
 
 
 def test_an_edited_case_is_another_case(case: Path, finished: Path) -> None:
@@ -340,3 +342,39 @@ def test_leftovers_of_killed_processes_are_removed(tmp_path: Path) -> None:
     os.utime(abandoned, (0.0, time.time() - 2.0 * atomic.ABANDONED_SECONDS))
     atomic.remove_leftovers(tmp_path)
     assert (abandoned.exists(), being_written.exists()) == (False, True)
+
+
+# --- several sweeps in one folder, and starts that fail --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_each_row_names_a_file_of_its_own_point_whatever_was_swept_here(seed: int, case: Path, folder: Path) -> None:
+    """Sweeps that share points, values and names, resumed in a random order and number."""
+    choose = random.Random(seed)
+    three = "--over", "creepage.longitudinal=0.001,0.002,0.003"
+    sweeps = [three, ("--over", "creepage.longitudinal=0.0005,0.001,0.0015"), ("--over", "load.normal_N=50,65"),
+              ("--set", "load.normal_N=70", *three)]
+    for options in choose.choices(sweeps, k=5):
+        done = call("sweep", case, *options, "--no-plots", "-o", folder, *choose.choice([("--resume",), ("--resume", "-q")]))
+        assert done.returncode == 0, done.stderr
+        given = float(options[1].partition("=")[2]) if options[0] == "--set" else 65.0
+        for row in rows(folder):
+            result = read_result(folder / row["file"])
+            assert result.problem.normal_force == pytest.approx(float(row.get("load.normal_N", given)))
+            if "creepage.longitudinal" in row:
+                assert result.problem.motion.creepage_x == pytest.approx(float(row["creepage.longitudinal"]))
+            assert result.numbers["force_x_N"] == float(row["force_x_N"])
+
+
+def test_a_start_that_fails_leaves_the_last_sweep_as_it_was(
+    case: Path, finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = {path.name: path.read_bytes() for path in finished.iterdir()}
+    monkeypatch.setattr("thermoroll_cli.sweeps.sweep.run", refused)
+    assert call("sweep", case, *OVER, "-o", finished).returncode == 5
+    assert {path.name: path.read_bytes() for path in finished.iterdir()} == before
+
+
+def refused(*given: Any) -> Iterator[str]:
+    raise OSError("no cluster")
+    yield

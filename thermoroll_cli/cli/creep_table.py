@@ -67,8 +67,14 @@ def build(
         plan = TablePlan(Axes(ratios, *counts), poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
     options.check_writable(output.resolve().parent)
-    there = read_table(output) if resume and output.exists() and not journal_path(output).exists() else None
-    if there and (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
+    there = None
+    if output.exists() and not journal_path(output).exists():
+        try:
+            there = read_table(output)
+        except OSError as cause:
+            raise typer.BadParameter(f"{cause}: it is not overwritten; remove it, or give another name",
+                                     param_hint="--output") from None
+    if resume and there and (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
         streams.note(f"thermoroll: {output} is built already")
         built = there
     else:

@@ -163,7 +163,8 @@ class Sweep:
             self.check(note)
         numbers = {key: number for number, key in enumerate(self._keys, 1)}
         with Journal(self.folder / JOURNAL_NAME, {"kind": "sweep", "format": JOURNAL_FORMAT}, resume=self.resume) as journal:
-            finished = self._finished(journal, note)
+            owners = {record["file"]: key for key, record in journal.items() if record["file"]}
+            finished = self._finished(journal, owners, note)
             if finished:
                 note(f"{len(finished)} of {self.points.count} points are finished already")
             rows = Rows(self.points, self._keys, journal, self.folder)
@@ -172,7 +173,7 @@ class Sweep:
                 report(rows.row(numbers[key]), False)
             written, wait = time.monotonic(), SECONDS_BETWEEN_TABLES
             try:
-                with contextlib.closing(run(self._batches(finished), journal, self.workers, note)) as keys:
+                with contextlib.closing(run(self._batches(finished, owners), journal, self.workers, note)) as keys:
                     for key in keys:
                         safe_point()
                         report(rows.row(numbers[key]), True)
@@ -181,8 +182,8 @@ class Sweep:
                             written = time.monotonic()
                             wait = max(SECONDS_BETWEEN_TABLES, (written - now) / SHARE_OF_TABLES)
             except BaseException:
-                if self.points.count <= MANY:
-                    journal.update()
+                journal.update()
+                if journal and self.points.count <= MANY:
                     with contextlib.suppress(OSError):
                         self._write(rows)
                 raise
@@ -195,15 +196,16 @@ class Sweep:
         if self.scalars_only:
             write_hdf5(self.folder / ARRAYS_NAME, rows, table, self.command_line)
 
-    def _finished(self, journal: Journal, note: Callable[[str], None]) -> dict[str, str]:
-        """The keys of points that have a result, with the names of their files."""
+    def _finished(self, journal: Journal, owners: Mapping[str, str], note: Callable[[str], None]) -> dict[str, str]:
+        """The keys of points that have a result, with the names of their files, each of which is the latest of its name:
+        `owners` are the keys of the records by the names of their files."""
         files = {}
         for key in self._keys:
             if key not in journal or not (record := journal[key])["solved"]:
                 continue
             safe_point()
             if not self.scalars_only:
-                if not record["file"]:  # of a sweep with --scalars-only
+                if owners.get(record["file"]) != key:  # of a sweep with --scalars-only, or overwritten
                     continue
                 try:
                     read_result(self.folder / record["file"], with_fields=False)
@@ -213,9 +215,9 @@ class Sweep:
             files[key] = record["file"]
         return files
 
-    def _batches(self, finished: dict[str, str]) -> Iterator[Batch]:
-        """Batches with points that are still to be solved. A name that a finished point has is not given again."""
-        taken, free = set(finished.values()), self.points.count
+    def _batches(self, finished: dict[str, str], owners: Mapping[str, str]) -> Iterator[Batch]:
+        """Batches with points that are still to be solved. A name that the record of another point has is not given again."""
+        taken, free = dict(owners), self.points.count
         stem, _, digits = self.points.name(1).rpartition("_")
         for numbers in self.points.batches():
             pending = []
@@ -224,10 +226,10 @@ class Sweep:
                 if key in finished:
                     continue
                 file = "" if self.scalars_only else f"{self.points.name(number)}.h5"
-                while file and file in taken:
+                while file and taken.get(file, key) != key:
                     free += 1
                     file = f"{stem}_{free:0{len(digits)}d}.h5"
-                taken.add(file)
+                taken[file] = key
                 pending.append(Pending(number, key, file))
             if pending:
                 yield Batch(self.points, numbers, tuple(pending), self.command_line, self.threads)

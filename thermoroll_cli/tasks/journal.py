@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import pathlib
+import shutil
 from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Any, Self
@@ -28,7 +29,8 @@ class Journal(Mapping[str, dict[str, Any]]):
 
     The first line holds `identity`, what is being computed. Every further line is one record, written in a single call after
     the file that it belongs to; the latest record of a key counts. A killed program leaves at most a torn last line, which
-    is dropped. While a journal is open, no other process can open it.
+    is dropped. While a journal is open, no other process can open it. One that is begun anew keeps the last one aside until
+    it has a record, and puts it back where it fails before.
 
     Raises JournalError, WriteError.
     """
@@ -51,6 +53,8 @@ class Journal(Mapping[str, dict[str, Any]]):
                     raise JournalError(f"{path}: of another {identity['kind']}, or another version; use another place, or "
                                        "leave --resume out")
             else:
+                if os.path.getsize(path):
+                    shutil.copyfile(path, self._last)
                 self._file.truncate(0)
                 append_line(path, first)
             self._end = len(first)
@@ -77,8 +81,14 @@ class Journal(Mapping[str, dict[str, Any]]):
                 os.unlink(self._lock.lock_file)
             self._lock.release()
 
+    @property
+    def _last(self) -> pathlib.Path:
+        """Where the last journal is, which this one takes the place of."""
+        return self.path.with_name(f"{self.path.name}.bak")
+
     def update(self) -> list[str]:
-        """The keys of the records that have come since the last call, in their order."""
+        """The keys of the records that have come since the last call, in their order; keys are kept in that of their latest
+        records."""
         keys = []
         with open(self.path, "rb") as stream:
             stream.seek(self._end)
@@ -88,6 +98,7 @@ class Journal(Mapping[str, dict[str, Any]]):
                 # A line that a full disk has cut in two counts as none.
                 with contextlib.suppress(ValueError, KeyError, TypeError):
                     key = str(json.loads(line)["key"])
+                    self._places.pop(key, None)
                     self._places[key] = self._end, len(line)
                     keys.append(key)
                 self._end += len(line)
@@ -118,6 +129,11 @@ class Journal(Mapping[str, dict[str, Any]]):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        if self._last.exists():
+            if value is not None and not self.update() and not self:
+                os.replace(self._last, self.path)
+            else:
+                self._last.unlink()
         self._close()
 
 
