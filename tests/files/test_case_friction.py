@@ -22,7 +22,7 @@ LAW = '\n[friction]\nlaw = "exponential"\nlimit_coefficient = 0.1\nhalf_slip_m_s
 @pytest.mark.parametrize(("text", "words"), [
     (LAW.replace("0.5", "0.0"), "friction.half_slip_m_s"),
     (LAW.replace("0.1", "-0.1"), "friction.limit_coefficient"),
-    ('\n[friction]\nlaw = "table"\ntable = [[0.0, 0.3], [1.0, 2.5]]\n', "point 2: coefficient 2.5"),
+    ('\n[friction]\nlaw = "table"\ntable = [[0.0, 0.3], [1.0, 12.5]]\n', "point 2: coefficient 12.5"),
     (LAW + "memory_um = -1.0\n", "friction.memory_um"),
     (LAW + "\n[layer]\ncompliance_um_GPa = -2.0\n", "layer.compliance_um_GPa"),
     (LAW + "\n[layer]\ncompliance_um_GPa = 2.0\n", "unless friction has memory"),

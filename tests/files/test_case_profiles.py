@@ -103,7 +103,8 @@ def test_blank_rows_and_columns_that_a_spreadsheet_adds_are_ignored(tmp_path, bl
 
 
 def test_profiles_of_railways(tmp_path):
-    """Simpack's z points down, into a rail and out of a wheel; MiniProf's up or down, as gauge face and flange show."""
+    """Simpack's z points down, into a rail and out of a wheel; MiniProf's out of a wheel, and of rails up or down, as
+    the gauge face shows."""
     wheel = [[y, -height] for y, height in FIVE]
     assert profile_in(tmp_path, "rail.prr", PRR) == FIVE
     assert profile_in(tmp_path, "wheel.PRW", PRR) == wheel
@@ -114,10 +115,10 @@ def test_profiles_of_railways(tmp_path):
     bounded = PRR.replace("shift.y", "bound.y.min = -1.2\nbound.y.max = 1.2\nshift.y")
     assert profile_in(tmp_path, "bounded.prr", bounded) == FIVE[1:-1]
     assert profile_in(tmp_path, "rail.ban", BAN) == FIVE
-    assert profile_in(tmp_path, "rail.whl", BAN) == wheel
+    assert profile_in(tmp_path, "wheel.whl", BAN) == FIVE
     down = BAN.replace(" -0.0", " 0.0")
     assert profile_in(tmp_path, "down.ban", down) == FIVE
-    assert profile_in(tmp_path, "down.whl", down) == wheel
+    assert profile_in(tmp_path, "out.whl", down) == wheel
 
 
 def test_show_says_how_a_profile_was_read(tmp_path):

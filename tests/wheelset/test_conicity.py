@@ -115,7 +115,8 @@ def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():
     jumps = [warning for warning in found.warnings if "jumps" in warning]
     assert len(jumps) == 2 and all("6.7" in warning for warning in jumps)
     for gamma in (0.0, 0.3):
-        (warning,) = conicity(tables(cone(gamma), cone(gamma), rail=crown(250.0)), [3.0]).warnings
+        warnings = conicity(tables(cone(gamma), cone(gamma), rail=crown(250.0)), [3.0]).warnings
+        (warning,) = [text for text in warnings if "is known down to" not in text]
         assert ("there is no conicity" if gamma == 0.0 else "at an end of a profile") in warning
 
 

@@ -131,7 +131,7 @@ def test_a_force_that_the_places_do_not_carry_has_a_reason(share):
 
 @pytest.mark.parametrize(("friction", "load", "words"), [
     ({"across": [[1.0, 0.2], [1.0, 0.3]]}, {}, "point 2: 1 mm does not lie above 1 mm"),
-    ({"across": [[1.0, 2.5]]}, {}, "point 1: coefficient 2.5"),
+    ({"across": [[1.0, 12.5]]}, {}, "point 1: coefficient 12.5"),
     ({"across": [[1.0, 0.5]]}, {"friction_coefficient": 0.3}, "one coefficient of friction, or one of each place"),
     ({"over_angle": [[1.0, 0.5]]}, {}, "friction.over_angle: belongs to wheels on rails"),
     ({"left": {"over_angle": [[1.0, 0.5]]}}, {"friction_coefficient": 0.3}, "friction.left: belongs to wheels on rails"),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from thermoroll_cli import Case, conicity, solve
+from thermoroll_cli import Case, CaseError, conicity, solve
 from thermoroll_cli.files.profile_file import read_outline
 
 REFERENCE = Path(__file__).parents[1] / "reference"
@@ -103,9 +103,40 @@ def test_a_hollow_wheel_has_the_conicity_of_the_orbit_over_both_wells(depth: flo
     agrees(found)
 
 
-@pytest.mark.parametrize("wheel", ["face_12_cone_0.05.csv", "no_face_30_cone_0.05.csv"])
+@pytest.mark.parametrize("wheel", ["face_12_cone_0.05.csv", "face_30_cone_0.05.csv", "face_30_cone_0.05.whl",
+                                   "no_face_30_cone_0.05.csv", "header_numbers.whl"])
 def test_the_face_of_the_rim_and_its_edge_do_not_climb(wheel: str) -> None:
-    """Only the flange climbs: a chamfer on the field side, however steep, changes no conicity."""
+    """Only the flange climbs: a chamfer on the field side, however steep, changes no conicity. A rim that is measured further
+    up than the flange is down turns nothing over."""
     folder = REFERENCE / "synthetic_profiles"
     case = tables({"file": str(folder / wheel)}, {"file": str(folder / "rail.csv")}, flange_back_mm=0.2)
     assert conicity(case, [1.0, 3.0]).conicity == pytest.approx([0.05, 0.05], abs=2e-4)
+
+
+def test_a_rail_of_the_other_hand_is_named_with_the_key_that_mirrors_it() -> None:
+    folder = REFERENCE / "synthetic_profiles"
+    wheel, rail = ({"file": str(folder / name)} for name in ("plain_cone.csv", "rail_other_hand.csv"))
+    warnings = conicity(tables(wheel, rail, flange_back_mm=0.2)).warnings
+    assert sum("rail is known down to" in text and "mirror = true" in text for text in warnings) == 2
+    found = conicity(tables(wheel, {**rail, "mirror": True}, flange_back_mm=0.2), [1.0, 3.0])
+    assert found.conicity == pytest.approx([0.05, 0.05], abs=2e-4)
+
+
+def test_an_outline_that_is_upside_down_is_turned_by_flip() -> None:
+    y, z = np.array(read_outline(CASES / "MBench_S1002_v3.prw").content).T
+    rail, turned = {"file": str(CASES / "MBench_UIC60_v3.prr")}, np.stack((y, -z), axis=1).tolist()
+    with pytest.raises(CaseError, match=r"upside down[^@]*flip = true[^@]*mirror = true"):
+        Case.from_dict(tables({"points_mm": turned}, rail))
+    right, flipped = (Case.from_dict(tables(wheel, rail)).task for wheel in (
+        {"points_mm": np.stack((y, z), axis=1).tolist()}, {"points_mm": turned, "flip": True}))
+    assert flipped == right
+
+
+def test_headers_and_decimal_commas_of_instruments() -> None:
+    folder = REFERENCE / "synthetic_profiles"
+    header = read_outline(folder / "header_numbers.whl")
+    assert len(header.content) == 228 and max(z for _, z in header.content) == pytest.approx(24.5127)
+    comma = read_outline(folder / "comma.ban")
+    y, z = np.array(comma.content).T
+    assert len(y) == 81 and (y.min(), y.max()) == (-20.0, 20.0)
+    np.testing.assert_allclose(z - z.min(), y**2 / 600.0, atol=1e-3)

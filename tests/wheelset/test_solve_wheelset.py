@@ -375,7 +375,7 @@ def test_tables_and_maps_of_patches_are_those_of_single_contacts(tmp_path):
      ("vertical_N = 2e+04 N", "Nadal's limit Y/Q = 0.7", "Q = -")),
     (("wheels='right'", "traction_N=2e4"), 4, ("friction carries", "not traction_N = 2e+04 N")),
     (("wheels='right'", "height_mm=-3.0"), 0, ("no wheel touches its rail: ",)),
-    (("wheels='right'", "height_mm=3.0"), 3, ("wheelset.height_mm", "overlaps its rail by ", "elastic contacts by 1 mm")),
+    (("wheels='right'", "height_mm=3.0"), 3, ("wheelset.height_mm", "overlaps its rail by ", "elastic contacts here by 1")),
 ])  # fmt: skip
 def test_what_a_wheelset_cannot_reach_is_said(tmp_path, settings, code, words):
     """With the largest force found, or the way that is left; the exit code is that of every run."""

@@ -189,8 +189,9 @@ class Case:
         """How each profile file was read, by the key of its table: file, format, unit, points, ranges, signs, flange."""
         records = {}
         for key, reading in self.readings.items():
-            mirror = isinstance(reading, Reading) and attrgetter(key)(self.settings).mirror
-            records[key] = reading.record(mirror=mirror, wheel=key.startswith("wheelset."))
+            table, wheel = attrgetter(key)(self.settings), key.startswith("wheelset.")
+            records[key] = (reading.record(mirror=table.mirror, flip=table.flip, wheel=wheel) if isinstance(reading, Reading)
+                            else reading.record())
         return records
 
     def to_toml(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import statistics
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -24,9 +25,9 @@ Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
 
 CROWN = ("length_mm", "drop_um", "flat_mm")
-FLANGE, BACK_TO_TIP, BACK_TOLERANCE = 10.0, 20.0, 3.0
+FLANGE, BACK_TO_TIP, BACK_TOLERANCE, TREAD = 10.0, 20.0, 3.0, 70.0
 """Of the outline of a wheel in mm: z beyond which it has a flange; from the flange's back to where an outline without it may
-begin, at the tip; how far an outline may go on beyond the given back."""
+begin, at the tip; how far an outline may go on beyond the given back; from the back to the middle of the tread."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +93,18 @@ def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Con
         return
     rolling = sections.get("rolling")
     for name, profile in profiles.items():
-        low, high = (1e3 * end for end in profile_of(profile).ends)
+        shape = profile_of(profile)
+        low, high = (1e3 * end for end in shape.ends)
         if rolling is not None and rolling.differential_slip and not low < 0.0 < high:
+            # The tread of a wheel with a flange lies 70 mm from its back; other bodies touch with their highest place first.
+            heights = dict(shape.points) or {0.0: 0.0}
+            flanged = max(heights.values()) - statistics.median(heights.values()) > 1e-3 * FLANGE
+            there = low + TREAD if flanged else 1e3 * (max(heights, key=lambda y: heights[y]) + shape.offset)
             yield Conflict(("geometry", name), "has no material at y = 0, from where differential slip is measured: it reaches "
-                           f"from {low:g} to {high:g} mm", "a profile around y = 0 (offset_mm shifts it), or "
-                           "differential_slip = false in [rolling]", at_key=True)
+                           f"from {low:g} to {high:g} mm", "a profile around y = 0, or differential_slip = false in [rolling]",
+                           f"offset_mm = {profile.offset_mm - there:.4g} in its table brings " + (
+                               "the tread, 70 mm from the flange back," if flanged else "its highest place") + " to y = 0",
+                           at_key=True)
 
 
 def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
@@ -114,12 +122,12 @@ def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
             if outline.points_mm is None:
                 yield Conflict(place, "has neither points_mm nor file", "one of points_mm and file", at_key=True)
                 continue
-            sign = -1.0 if outline.mirror else 1.0
-            fault, hint = outline_fault([[sign * y, z] for y, z in outline.points_mm], wheel=path == "wheelset")
+            points = outline.oriented
+            fault, hint = outline_fault(points, wheel=path == "wheelset")
             if fault:
                 yield Conflict(place, fault, "an outline [y, z] in mm, y to the field side, z down", hint, at_key=True)
-            elif path == "wheelset" and max(z for _, z in outline.points_mm) > FLANGE:
-                begin, back = min(sign * y for y, _ in outline.points_mm), wheelset.flange_back_mm
+            elif path == "wheelset" and max(z for _, z in points) > FLANGE:
+                begin, back = min(y for y, _ in points), wheelset.flange_back_mm
                 if not begin - BACK_TO_TIP <= back <= begin + BACK_TOLERANCE:
                     yield Conflict(("wheelset", "flange_back_mm"),
                                    f"{back:g} mm is no y of the flange back of {'.'.join(place)}, which begins at "
@@ -177,7 +185,7 @@ def _friction_places(friction: model.FrictionTable, load: model.LoadTable, secti
     needed = [side for side in SIDES if wheelset is None or wheelset.wheels in ("both", side)]
     if load.friction_coefficient is None and not (
             friction.over_angle or friction.across or (wheelset is not None and all(side in sides for side in needed))):
-        yield Conflict(("load", "friction_coefficient"), "is missing", "0 to 2", at_key=True)
+        yield Conflict(("load", "friction_coefficient"), "is missing", "0 to 10", at_key=True)
     for path, points, end, unit in (
             (("friction", "across"), friction.across, 1e9, "mm"),
             (("friction", "over_angle"), friction.over_angle, 180.0, "degrees"),
@@ -187,7 +195,7 @@ def _friction_places(friction: model.FrictionTable, load: model.LoadTable, secti
 
 def _curve(
     path: KeyPath, points: list[list[float]], ends: tuple[float, float], unit: str, allowed: str,
-    words: str = "coefficient", most: float = 2.0,
+    words: str = "coefficient", most: float = 10.0,
 ) -> Iterator[Conflict]:
     """The first fault of pairs [place, value]: places increase between the `ends`, values (`words`) are 0 to `most`."""
     before = -math.inf

@@ -108,6 +108,7 @@ class ProfileTable(Table):
     offset_mm: float = quantity("Shift of the profile towards +y", 0.0, ge=-1e9, le=1e9)
     tilt_mrad: float = quantity("Rise of the profile towards +y", 0.0, ge=-500, le=500)
     mirror: bool = Field(default=False, description="Change the sign of y, of points or a file from the other side")
+    flip: bool = Field(default=False, description="Change the sign of the height, of a profile that is upside down")
     smoothing_mm: float = quantity("Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0, le=1e3)
 
 
@@ -133,10 +134,10 @@ class LoadTable(Table):
     approach_um: float | None = quantity("Approach of the bodies, which determines the load; instead of normal_N", None,
                                          ge=1e-9, le=1e9)  # fmt: skip
     friction_coefficient: float | None = quantity("Coulomb's coefficient of friction; or of each place in [friction]",
-                                                  None, ge=0, le=2)  # fmt: skip
+                                                  None, ge=0, le=10)  # fmt: skip
 
 
-OVER_ANGLE = "[degrees, coefficient], degrees increasing from -180 to 180, coefficients from 0 to 2"
+OVER_ANGLE = "[degrees, coefficient], degrees increasing from -180 to 180, coefficients from 0 to 10"
 
 
 class RailFrictionTable(Table):
@@ -152,7 +153,7 @@ class FrictionTable(Table):
         OVER_ANGLE, "[inclination of the rail's surface in degrees, negative towards the gauge face, coefficient of friction], "
         "of a wheelset, instead of load.friction_coefficient")
     across: list[Pair] | None = pairs(
-        "[y, coefficient], y increasing, coefficients from 0 to 2",
+        "[y, coefficient], y increasing, coefficients from 0 to 10",
         "[y in mm, coefficient of friction] of bodies with profiles, instead of load.friction_coefficient")
     left: RailFrictionTable | None = Field(default=None, description="The left rail, where it differs")
     right: RailFrictionTable | None = Field(default=None, description="The right rail, where it differs")
@@ -160,7 +161,8 @@ class FrictionTable(Table):
     law: Literal["exponential", "rational", "linear", "table"] | None = Field(
         default=None, description="How friction changes with the slip speed; constant if left out"
     )
-    limit_coefficient: float | None = quantity("Coefficient of friction at large slip, unless law is a table", None, ge=0, le=2)
+    limit_coefficient: float | None = quantity("Coefficient of friction at large slip, unless law is a table", None,
+                                               ge=0, le=10)  # fmt: skip
     half_slip_m_s: float | None = quantity("Slip speed at which half of the change has happened, unless law is a table",
                                            None, ge=1e-12, le=1e9)  # fmt: skip
     table: list[Pair] | None = pairs("[slip speed, coefficient] of numbers, slip speeds in m/s increasing from 0",

@@ -116,15 +116,18 @@ def _geometry(table: model.GeometryTable, lower: si.Material, upper: si.Material
 
 
 def profile_of(table: model.ProfileTable) -> Profile:
-    """The profile, with points mirrored and smoothed as the table says."""
+    """The profile, with points mirrored, turned over and smoothed as the table says."""
     points = [(y / 1e3, z / 1e3) for y, z in table.points_mm or ()]
     if table.mirror:
         points = [(-y, z) for y, z in reversed(points)]
+    if table.flip:
+        points = [(y, -z) for y, z in points]
     measured = tuple(points) if table.smoothing_mm else ()
     if measured:
         y, z = np.array(points).T
         points = list(zip(y.tolist(), smooth(y, z, table.si("smoothing_mm")).tolist(), strict=True))
-    others = {name: value for name, value in table.in_si().items() if name not in ("file", "kind", "mirror", "smoothing")}
+    others = {name: value for name, value in table.in_si().items()
+              if name not in ("file", "kind", "mirror", "flip", "smoothing")}
     return Profile(tuple(points), measured=measured, **others)
 
 

@@ -36,7 +36,14 @@ class OutlineTable(Table):
         max_length=1000,
     )
     mirror: bool = Field(default=False, description="Change the sign of y, of a profile of the other side")
+    flip: bool = Field(default=False, description="Change the sign of z, of a profile that is upside down")
     smoothing_mm: float = quantity("Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0, le=1e3)
+
+    @property
+    def oriented(self) -> list[tuple[float, float]]:
+        """The points in mm with the signs that `mirror` and `flip` give them."""
+        sides, out = -1.0 if self.mirror else 1.0, -1.0 if self.flip else 1.0
+        return [(sides * y, out * z) for y, z in self.points_mm or ()]
 
 
 Outline = Annotated[OutlineTable, Allowed("a table: points_mm or file")]
@@ -79,7 +86,7 @@ class WheelsetTable(Table):
     flange_back_mm: float = quantity("y of the flange back in the outline", -70.0, ge=-1e3, le=1e3)
     wheels: Literal["both", "left", "right"] = Field(default="both", description="Wheels that are solved")
     lateral_shift_mm: float = quantity("Shift of the wheelset to the right", 0.0, ge=-1e3, le=1e3)
-    yaw_mrad: float = quantity("Yaw, right wheel backwards", 0.0, ge=-500, le=500)
+    yaw_mrad: float = quantity("Yaw, right wheel backwards", 0.0, ge=-150, le=150)
     roll_mrad: float | None = quantity("Roll, right wheel down; of both wheels found if left out", None, ge=-500, le=500)
     vertical_N: float | None = quantity("Vertical load of the wheelset, or of the wheel if there is one", None, ge=1e-6, le=1e9)
     height_mm: float | None = quantity("Height of the axle below its nominal one, down; instead of the load", None,
@@ -143,7 +150,6 @@ def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:
 
 
 def points_of(table: OutlineTable) -> Points:
-    """The outline in m, mirrored and smoothed as the table says."""
-    sign = -1.0 if table.mirror else 1.0
-    points = tuple((sign * y / 1e3, z / 1e3) for y, z in table.points_mm or ())
+    """The outline in m, mirrored, turned and smoothed as the table says."""
+    points = tuple((y / 1e3, z / 1e3) for y, z in table.oriented)
     return smoothed(points, table.si("smoothing_mm")) if table.smoothing_mm else points

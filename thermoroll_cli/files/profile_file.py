@@ -3,8 +3,8 @@
 A profile of `[geometry]` is a list of points [y, height] in mm, y increasing, height positive out of the body
 (`read_profile`); one of a track or a wheelset is an outline, a list of points [y, z] in order along the surface, y to the
 field side, z down, into a rail and out of a wheel (`read_outline`). Simpack's files are such outlines; MiniProf's vertical
-axis may point either way, and the largest departure from the median height is the gauge face of a rail or the flange of a
-wheel, both down. If an outline folds back (flange back, rail foot), its profile is the widest part with y in order."""
+axis of rails may point either way, and the largest departure from the median height is a face, down; that of wheels points out
+of them. If an outline folds back (flange back, rail foot), its profile is the widest part with y in order."""
 
 from __future__ import annotations
 
@@ -26,11 +26,15 @@ from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, text_of
 
 COLUMNS = "two columns"
 """Format of files that spreadsheets write."""
-LENGTHS = (5.0, 500.0)
-"""Shortest and longest outline of a wheel or a rail in mm."""
+LENGTHS, STANDS_OUT = (5.0, 500.0), 10.0
+"""Shortest and longest outline of a wheel or a rail, and least height of a flange or a face, in mm."""
+UNREAD = {".slcs": "a list of rail profiles along the track", ".slcw": "a list of wheel profiles around the wheel",
+          ".mpt": "a MiniProf file of several profiles"}  # fmt: skip
+"""Endings of files that are known and not read."""
 
 Points = list[list[float]]
 
+_FORTRAN = re.compile(r"[-+]?[\d.,]+[dD][-+]?\d+")
 _QUOTED = re.compile(r"\"([^\"]*)\"|'([^']*)'|([^;,\t \"']+)")
 
 
@@ -60,17 +64,16 @@ class Reading:
     file: str = ""
     upwards: bool = False
 
-    def record(self, *, mirror: bool, wheel: bool = False) -> dict[str, Any]:
-        """What `show` says, with `mirror` of the case, of a `wheel` if the case says so."""
-        sign = -1.0 if mirror else 1.0
-        y, z = sign * np.array(self.content)[:, 0], np.array(self.content)[:, 1]
+    def record(self, *, mirror: bool, flip: bool, wheel: bool = False) -> dict[str, Any]:
+        """What `show` says, with `mirror` and `flip` of the case, of a `wheel` if the case says so."""
+        y, z = np.array(self.content).T * np.array([[-1.0 if mirror else 1.0], [-1.0 if flip else 1.0]])
         # A flange is the part furthest out of a wheel, which z and heights of wheels agree on.
         side = flange_side(np.stack((y, z), axis=1).tolist()) if wheel or self.wheel else 0
         return {
             "file": self.file, "format": self.format, "unit": self.unit, "points": len(self.content),
             "points_in_file": self.in_file, "y_mm": [float(y.min()), float(y.max())],
             ("height_mm" if self.upwards else "z_mm"): [float(z.min()), float(z.max())],
-            "mirrored": self.mirrored != mirror, "turned": self.turned,
+            "mirrored": self.mirrored != mirror, "turned": self.turned != flip,
             "flange": {-1: "-y", 0: None, 1: "+y"}[side],
         }  # fmt: skip
 
@@ -108,14 +111,15 @@ def read_profile(path: str | os.PathLike[str]) -> Reading:
 def read_outline(path: str | os.PathLike[str]) -> Reading:
     """The outline in the file at `path`, in the frame of railway profiles. Raises TableError."""
     reading = _read(path, ordered=False)
-    _enough(reading.content, reading.file)
-    return reading
+    return replace(reading, content=_enough(reading.content, reading.file))
 
 
 def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
     """All points of a file, two columns `ordered` by y."""
     name = os.path.basename(os.fspath(path))
     ending = os.path.splitext(name)[1].lower()
+    if ending in UNREAD:
+        raise TableError(f"{name}: {UNREAD[ending]} is not read", "give one profile: .prr, .prw, .ban, .whl or two columns")
     try:
         lines = text_of(read_bytes(path, FILE_LIMIT, "a profile"), name).splitlines()
     except ReadError as cause:
@@ -129,7 +133,9 @@ def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
 
 
 def outline_fault(points: Sequence[Sequence[float]], *, wheel: bool) -> tuple[str, str]:
-    """The fault of an outline [y, z] in mm of a wheel or a rail, and advice; both empty if there is none."""
+    """The fault of an outline [y, z] in mm of a wheel or a rail, and advice; both empty if there is none.
+
+    Only what stands out tells top from bottom: the flange of a wheel, at one end of it, or the faces of a rail."""
     y, z = np.array(points).T
     length = float(np.hypot(np.diff(y), np.diff(z)).sum())
     if not LENGTHS[0] <= length <= LENGTHS[1]:
@@ -140,10 +146,15 @@ def outline_fault(points: Sequence[Sequence[float]], *, wheel: bool) -> tuple[st
     order = np.argsort(z[1:] + z[:-1])
     width = np.cumsum(np.abs(np.diff(y))[order])
     middle = float(0.5 * (z[1:] + z[:-1])[order][np.searchsorted(width, 0.5 * width[-1])])
-    if float(z.max()) - middle < middle - float(z.min()):
-        return "the profile is upside down", "z points down: into a rail, and out of a wheel towards the flange"
-    if wheel and flange_side(points) > 0:
-        return "the flange lies on the field side", "y points to the field side: mirror = true in the profile's table"
+    down, up = float(z.max()) - middle, middle - float(z.min())
+    ends = sorted(middle - z[[0, -1]])
+    if down < STANDS_OUT <= up and (not wheel or ends[0] < 0.5 * up):
+        return "the profile is upside down", (
+            "z points down: into a rail, and out of a wheel towards the flange; flip = true in the profile's table turns it, "
+            "mirror = true exchanges its sides")
+    if wheel and down >= STANDS_OUT and flange_side(points) > 0:
+        return "the flange lies on the field side", (
+            "y points to the field side: mirror = true in the profile's table; if that is no flange, z is: flip = true")
     return "", ""
 
 
@@ -154,12 +165,12 @@ def flange_side(points: Sequence[Sequence[float]]) -> int:
 
 
 def _enough(points: Points, name: str) -> Points:
+    """`points`, thinned evenly where there are too many."""
     if len(points) < 2:
         raise TableError(f"{name}: a profile has two points at least, here are {len(points)}",
                          "give a text file with two columns, y and height in mm, or a .prr, .prw, .ban or .whl file")
-    if len(points) > LARGEST_PROFILE:
-        raise TableError(f"{name}: {len(points)} points are too many, at most {LARGEST_PROFILE}", "leave some of them out")
-    return points
+    every = math.ceil((len(points) - 1) / (LARGEST_PROFILE - 1))
+    return points if every == 1 else [*points[:-1:every], points[-1]]
 
 
 def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
@@ -232,6 +243,8 @@ def _entries(text: str) -> list[str]:
 
 
 def _number(text: str) -> float | None:
+    if _FORTRAN.fullmatch(text):
+        text = text.lower().replace("d", "e")
     try:
         return float(text.replace(",", ".") if "." not in text else text)
     except ValueError:
@@ -248,6 +261,8 @@ def _simpack(lines: list[str], name: str) -> Reading:
         key, equals, value = (part.strip() for part in text.partition("="))
         if text.endswith((".begin", ".end")):
             section = text.removesuffix(".begin") if text.endswith(".begin") else ""
+            if section == "point" and points:
+                raise TableError(f"{name}, line {number}: a second spline", "a file has one profile: write each into its own")
         elif section == "point" and text:
             points.append(_pair(text, 0, 1, name, number))
         elif equals and (scalar := _number(value)) is not None:
@@ -255,36 +270,60 @@ def _simpack(lines: list[str], name: str) -> Reading:
     if keys.get("rotate"):
         raise TableError(f"{name}: a rotated profile (rotate = {keys['rotate']:g}) is not supported",
                          "rotate = 0, and tilt_mrad in the case")
-    low, high = keys.get("bound.y.min", 0.0), keys.get("bound.y.max", 0.0)
     side = -1.0 if keys.get("mirror.y") else 1.0
     down = -1.0 if keys.get("mirror.z") else 1.0
     scale = 1e3 / keys.get("units.len.f", 1e3)
     moved = [[y + keys.get("shift.y", 0.0), z + keys.get("shift.z", 0.0)] for y, z in points]
-    shown = [[side * scale * y, down * scale * z] for y, z in moved if not low < high or low <= y <= high]
+    for column, axis in enumerate("yz"):
+        low, high = keys.get(f"bound.{axis}.min", 0.0), keys.get(f"bound.{axis}.max", 0.0)
+        moved = [point for point in moved if not low < high or low <= point[column] <= high]
+    shown = [[side * scale * y, down * scale * z] for y, z in moved]
     unit = {1.0: "mm", 1e3: "m"}.get(scale, f"{scale:g} mm")
     return Reading(shown, "Simpack", unit, mirrored=side < 0.0, turned=down < 0.0)
 
 
 def _miniprof(lines: list[str], name: str) -> Reading:
-    """Outlines of MiniProf: `key=value`, an empty line, then columns as ColumnDef says (X and Y of X,Y,A,C,…)."""
+    """Outlines of MiniProf: a header of `key=value` or, in old files, of words, then rows of numbers, with columns as
+    ColumnDef says (X and Y of X,Y,A,C,…). Of wheels Y points out of the wheel."""
     keys: dict[str, str] = {}
     points: Points = []
+    ended, header = 0, _header(lines)
     for number, line in enumerate(lines, 1):
-        key, equals, value = (part.strip() for part in line.partition("="))
+        text = line.strip().strip('"')
+        key, equals, value = (part.strip() for part in text.partition("="))
         if equals:
-            keys[key.lower()] = value.strip('"')
-        elif line.strip() and _number(re.split(r"[;,\s]+", line.strip())[0]) is not None:
+            keys[key.lower()] = value
+        elif number > header and _is_row(text, alone=not (header or points)):
+            if ended:
+                raise TableError(f"{name}, line {number}: points after line {ended}, which has none",
+                                 "a file has one profile: write each into its own")
             columns = keys.get("columndef", "X,Y").upper().split(",")
             if "X" not in columns or "Y" not in columns:
                 raise TableError(f"{name}: ColumnDef={keys['columndef']} names no X and Y")
-            points.append(_pair(line, columns.index("X"), columns.index("Y"), name, number))
+            points.append(_pair(text, columns.index("X"), columns.index("Y"), name, number))
+            continue
+        if points and text:
+            ended = number
     if not points:
         return Reading(points, "MiniProf")
     shift_y, shift_z = (_number(keys.get(key, "0")) or 0.0 for key in ("xoffset", "yoffset"))
-    middle = statistics.median(z for _, z in points)
-    departure = max((z - middle for _, z in points), key=abs)
-    down = math.copysign(1.0, departure)
+    down = 1.0
+    if not name.lower().endswith(".whl"):
+        middle = statistics.median(z for _, z in points)
+        down = math.copysign(1.0, max((z - middle for _, z in points), key=abs))
     return Reading([[y + shift_y, down * (z + shift_z)] for y, z in points], "MiniProf", turned=down < 0.0)
+
+
+def _is_row(text: str, *, alone: bool) -> bool:
+    """Whether a line begins with two numbers; behind them may stand a remark, unless numbers stand `alone`."""
+    entries = [_number(entry) for entry in _entries(text)] if text else []
+    return len(entries) > 1 and None not in (entries if alone else entries[:2])
+
+
+def _header(lines: Sequence[str]) -> int:
+    """Number of the empty line that ends the header of a MiniProf file, in which may be rows of numbers; 0 if none does."""
+    end = next((number for number, line in enumerate(lines) if number and not line.strip()), 0)
+    return end if end + 1 < len(lines) and any(line.strip() for line in lines[end + 1 :]) else 0
 
 
 _READERS: dict[str, Callable[[list[str], str], Reading]] = {
@@ -293,7 +332,7 @@ _READERS: dict[str, Callable[[list[str], str], Reading]] = {
 
 
 def _pair(text: str, first: int, second: int, name: str, number: int) -> list[float]:
-    values = [_number(entry) for entry in re.split(r"[;,\s]+", text.strip()) if entry]
+    values = [_number(entry) for entry in _entries(text)]
     if len(values) <= max(first, second) or (y := values[first]) is None or (z := values[second]) is None:
         raise TableError(f"{name}, line {number}: no point with two numbers: {shortened(text.strip())}")
     return [y, z]

@@ -26,7 +26,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.wheelset.first_contact import touching
+from thermoroll_cli.wheelset.first_contact import gauge_side_warnings, touching
 from thermoroll_cli.wheelset.placement import Position, WheelSide
 from thermoroll_cli.wheelset.search import Facing
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
@@ -252,6 +252,7 @@ def _way(one: Contacts, other: Contacts) -> float:
 
 def _warnings(found: Conicity) -> Iterator[str]:
     shifts, difference = found.shifts, found.radius_difference
+    yield from gauge_side_warnings(found.problem)
     if not found.contacts:
         yield "in the middle of the track a wheel touches its rail at an end of a profile, or with a flange that climbs"
         return
@@ -318,9 +319,12 @@ class _Potential:
         d = direction * self.difference[self.number :: direction]
         above = np.flatnonzero(values >= level)
         k = max(int(above[0]) - 1, 0) if len(above) else len(y) - 2
-        rise, slope = level - values[k], (d[k + 1] - d[k]) / abs(y[k + 1] - y[k])
-        step = 2.0 * rise / (d[k] + math.sqrt(max(d[k] ** 2 + 2.0 * slope * rise, 1e-300)))
-        return float(y[k] + direction * min(max(step, 0.0), abs(y[k + 1] - y[k])))
+        size = abs(y[k + 1] - y[k])
+        rise, slope = level - values[k], (d[k + 1] - d[k]) / size
+        root = math.sqrt(max(d[k] ** 2 + 2.0 * slope * rise, 0.0))
+        # Where S falls at first, the other root of the quadratic; each without cancellation.
+        step = 2.0 * rise / (d[k] + root) if d[k] > 0.0 else (root - d[k]) / slope if slope > 0.0 else size
+        return float(y[k] + direction * min(max(step, 0.0), size))
 
     def wavelength(self, amplitude: float, product: float) -> float:
         """λ (m) at an `amplitude` (m); `product` is e r₀ (m²). nan beyond the profiles, and where no motion has the amplitude:

@@ -10,7 +10,7 @@ import numpy as np
 
 from thermoroll_cli.problem.geometry import Unsolvable, rough_warning
 from thermoroll_cli.wheelset.curves import curve
-from thermoroll_cli.wheelset.one_wheel import DEEPEST
+from thermoroll_cli.wheelset.one_wheel import deepest
 from thermoroll_cli.wheelset.placement import Position, WheelSide
 from thermoroll_cli.wheelset.search import Facing
 from thermoroll_cli.wheelset.standing import level
@@ -30,7 +30,7 @@ def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
     nominal = [Facing(replace(problem.rails[side], shift_y=0.0, shift_z=0.0, roll=0.0), wheel, Position())
                for side, wheel in problem.wheels.items()]
     room = sum(map(flange_clearance, nominal))
-    if room < 0.0:
+    if len(nominal) > 1 and room < 0.0:
         backs = " and ".join(f"{1e3 * facing.wheel.flange_back:.4g}" for facing in nominal)
         raise Unsolvable(f"no room for the flanges: they overlap the rails by {-1e3 * room:.3g} mm, with their backs at "
                          f"y = {backs} mm of the outlines", "wheelset.flange_back_mm",
@@ -43,9 +43,10 @@ def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
 
     facings = level(both, problem.span, 0.0)[0] if problem.finds_roll else both(problem.position.roll)[1]
     clearance = min(facing.clearance for facing in facings.values())
-    if problem.vertical is None and clearance < -DEEPEST:
-        raise Unsolvable(f"a wheel overlaps its rail by {-1e3 * clearance:.4g} mm, elastic contacts by {1e3 * DEEPEST:g} mm at "
-                         "most", "wheelset.height_mm", "a smaller number: higher")
+    most = max(map(deepest, facings.values()))
+    if problem.vertical is None and clearance < -most:
+        raise Unsolvable(f"a wheel overlaps its rail by {-1e3 * clearance:.4g} mm, elastic contacts here by "
+                         f"{1e3 * most:.3g} mm at most", "wheelset.height_mm", "a smaller number: higher")
     return {side: facing.lowered(facing.clearance) for side, facing in facings.items()}
 
 
@@ -85,6 +86,19 @@ def flange_clearance(facing: Facing) -> float:
     return face - float(flange.max()) - facing.position.y if len(flange) else math.nan
 
 
+def gauge_side_warnings(problem: WheelsetProblem) -> Iterator[str]:
+    """Rails that are not known down to the gauge height on their gauge side."""
+    for side, rail in problem.rails.items():
+        y, z = rail.samples[:2]
+        top = int(np.argmin(z))
+        gauge, field = (float((z[there] - z[top]).max()) for there in (y <= y[top], y >= y[top]))
+        if gauge < rail.gauge_height:
+            advice = ": mirror = true in the table of its profile exchanges the sides" if field >= rail.gauge_height else ""
+            yield (f"the {side} rail is known down to {1e3 * gauge:.3g} mm below its top on the gauge side, and to "
+                   f"{1e3 * field:.3g} mm on the other{advice}; the gauge is measured at {1e3 * rail.gauge_height:g} mm, and "
+                   "the least y stands for the gauge point")
+
+
 def hollow_of(wheel: WheelSide) -> tuple[float, float]:
     """By how much (m) the radius rises again from the flange to the field side, and the profile's y of the highest place there
     (m)."""
@@ -99,6 +113,7 @@ def wheelset_warnings(problem: WheelsetProblem, first: Mapping[SideName, Facing]
     rail."""
     for table in problem.without_effect:
         yield f"[{table}] has no effect: the {problem.sides[0]} wheel alone is solved"
+    yield from gauge_side_warnings(problem)
     facings = first or touching(problem)
     clearance = min(facing.position.z for facing in facings.values()) - problem.position.z
     if problem.vertical is None and clearance >= 0.0:

@@ -32,7 +32,13 @@ and of the gap over the elastic displacement: the coarse grid moves them by ten 
 STIFFENING = 1.5
 """Exponent of the load over the approach, of Hertz's contact."""
 DEEPEST = 1e-3
-"""Largest lowering (m) of a wheel beyond first contact: deeper than any elastic contact."""
+"""Largest approach (m) along the normal of first contact: deeper than any elastic contact."""
+
+
+def deepest(facing: Facing) -> float:
+    """Largest lowering (m) of the wheel of `facing` beyond first contact: on a flange the approach is a small part of it."""
+    return DEEPEST / math.cos(float(facing.angle[int(np.argmin(facing.gap))]))
+
 
 
 class NoHeight(ArithmeticError):
@@ -156,7 +162,8 @@ def height_of(wheels: Sequence[Placed], vertical: float, start: float | None,
     first = min(facing.clearance for _, facing, _ in wheels)
     depth = _depth(vertical, wheels[0])
     power = vertical ** (2.0 / 3.0)
-    root = RisingRoot(first + (start or depth), power / depth, DEEPEST / 4.0, first, first + DEEPEST, (first, -power))
+    most = max(deepest(facing) for _, facing, _ in wheels if facing.clearance - first <= DEEPEST)
+    root = RisingRoot(first + (start or depth), power / depth, most / 4.0, first, first + most, (first, -power))
     largest, highest, there = -math.inf, root.place, []
     for _ in range(HEIGHT_ROUNDS):
         z = root.place

@@ -332,10 +332,10 @@ class _Search:
         climbs."""
         standing = self.standing if self.standing.bearings else Standing(self.standing.roll, cause.z, {})
         return SolvedWheelset(self.problem, standing, self.velocity, self.patches, self._too_little(cause), self.rounds,
-                              self.drift)
+                              self.left)
 
     def _too_little(self, cause: NoHeight) -> str:
-        wanted, depth = f"vertical_N = {self.problem.vertical:.4g} N", f"down to {1e3 * DEEPEST:g} mm below first contact"
+        wanted, depth = f"vertical_N = {self.problem.vertical:.4g} N", f"down to an approach of {1e3 * DEEPEST:g} mm"
         steepest = max(cause.bearings, key=lambda bearing: abs(bearing.patch.angle), default=None)
         if steepest is None:
             return f"no patch carries {wanted}, {depth}: the profiles meet at sharp ends alone"

@@ -99,6 +99,8 @@ class Outline:
 
     def smoothed(self, depth: Array, wavelength: float) -> Array:
         """`depth` on rows with the same sum, of which half of the amplitude is left at a `wavelength` (m)."""
+        if wavelength == 0.0:
+            return depth
         return np.asarray(scipy.ndimage.gaussian_filter1d(depth, HALF_AMPLITUDE * wavelength / self.size, mode="reflect"))
 
 
