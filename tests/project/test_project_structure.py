@@ -27,7 +27,7 @@ PACKAGES = (
     {"contact", "rolling", "heat", "stress"},
     {"steady_state"},
     {"refinement"},
-    {"wheelset"},
+    {"wheelset", "history"},
     {"files", "plots"},
     {"python_api"},
     {"sweeps"},

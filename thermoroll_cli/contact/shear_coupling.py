@@ -68,6 +68,12 @@ class NormalShearCoupling:
                 self._convolution.spectrum(sum((factor * table[2:-2] for factor, table in parts), start=np.zeros(())))
                 for parts in self._tables()]
 
+    def tangential_displacement(self, pressure: Array) -> Array:
+        """u^p in m, (2, nx, ny): the relative tangential displacement by the pressure (nx, ny) in Pa."""
+        self._with_displacement_kernels()
+        hat = self._convolution.forward(pressure)
+        return np.stack([self._convolution.inverse(hat * kernel) for kernel in self._displacement_kernels])
+
     def hysteresis(self, pressure: Array, traction: Array) -> float:
         """∬ (τ·∂u^p/∂x + p ∂u_z^τ/∂x) in N: what both lose by their coupling in bodies that relax, per distance rolled."""
         if self._relaxing is None:

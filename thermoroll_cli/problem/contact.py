@@ -44,8 +44,10 @@ class Pressure:
 class Traction:
     """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the given or found
     `creepage`, `heat` = heat flux over V (Pa), its change along x through each element `heat_slope`, `work` = ξ·F of all
-    creepages (N) less the `hysteresis` (N) of shear inside bodies that relax, and the coefficient of `friction` (nx, ny) where
-    it depends on slip."""
+    creepages (N) less the `hysteresis` (N) of shear inside bodies that relax, the coefficient of `friction` (nx, ny) where
+    it depends on slip, and the relative `displacement` of the surfaces (2, nx, ny) by traction in m, zero outside the contact's
+    window; None if it was not solved for. In a step over time `work` is what becomes heat: that of the creepages less what
+    deforms the bodies."""
 
     traction: Array
     slip: Array
@@ -60,6 +62,7 @@ class Traction:
     converged: bool = True
     friction: Array | None = None
     hysteresis: float = 0.0
+    displacement: Array | None = None
 
     @classmethod
     def guess(cls, traction: Array, creepage: tuple[float, float], residual: float = 0.0) -> Traction:
@@ -75,6 +78,18 @@ class Traction:
     @property
     def is_unknown(self) -> bool:
         return math.isinf(self.residual)
+
+
+@dataclass(frozen=True, eq=False)
+class Past:
+    """What a contact remembers in one step over time: the change of displacement, (∂u/∂t)/V, is `rate` u − `slip`, with `rate`
+    in 1/m and `slip` (2, nx, ny) from the displacements of the states before. `mirror` are the parities that all states of the
+    history have across y = 0 (None: none). Where nothing `rolls`, V stands for any length over the time of the step."""
+
+    rate: float
+    slip: Array
+    mirror: tuple[int, int] | None = None
+    rolls: bool = True
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,8 @@ def edge_compliance(
     if gradient.mirror is not None:
         around[:, 0] = around[:, 1]
     nx, ny = _border_normal(around, i, j, dx, dy)
-    scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
+    # Without rolling the slip is no gradient, and nothing of one is missing.
+    scale = gradient.rolls * np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
     along, across = compliance.along, compliance.across
     k = np.zeros((3, *covered.shape))
     k[:, i, j] = scale * np.stack([along * nx * nx + across * ny * ny, along * ny * ny + across * nx * nx,
@@ -172,7 +173,7 @@ def edge_compliance(
         trailing &= ~known
     neutral = interlayer = None
     crossed = np.zeros_like(contact)
-    if gradient.compliance.interlayer:
+    if gradient.compliance.interlayer and gradient.rolls:
         interlayer = interlayer_ends(covered, contact, gradient.compliance.interlayer, dx, gradient.weights,
                                      options.smallest_cover)
         k[:2] += interlayer

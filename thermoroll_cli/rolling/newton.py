@@ -192,10 +192,11 @@ class Newton:
         traction = traction * (shrink * self.contact)
         return self._iterate(traction, unknown, self._slip(traction, unknown))
 
-    def finish(self, state: Iterate) -> tuple[Iterate, AnyArray, AnyArray, float]:
+    def finish(self, state: Iterate) -> tuple[Iterate, AnyArray, AnyArray, float, AnyArray]:
         """The last iterate with its slip recomputed (combined images accumulate rounding), the slip to report, (2, n, m), the
-        power lost to the discretisation, (n, m), and the sum of that lost inside bodies that relax."""
-        gradient, dissipative = self.gradient.split(state.traction)
+        power lost to the discretisation, (n, m), the sum of that lost inside bodies that relax, and the displacement in m,
+        (2, n, m)."""
+        gradient, dissipative, displacement = self.gradient.split(state.traction)
         slip = self._slip_of(gradient, state.traction, state.unknown)
         state = self._iterate(state.traction, state.unknown, slip)
         back = self._taken_at_borders(state.traction)
@@ -208,7 +209,7 @@ class Newton:
         lost = (state.traction * (dissipative + block_product(self.border.k, state.traction) - back)).sum(axis=0)
         # The antisymmetric part of the difference formula conserves the power on elastic bodies.
         inside = 0.0 if self.gradient.compliance.relaxing is None else float((state.traction * (gradient - dissipative)).sum())
-        return state, np.where(stick, 0.0, state.slip + back), lost, inside
+        return state, np.where(stick, 0.0, state.slip + back), lost, inside, displacement
 
     def _taken_at_borders(self, traction: AnyArray) -> AnyArray:
         """Slip by the compliance of the trailing border and of neutral lines, (2, n, m)."""

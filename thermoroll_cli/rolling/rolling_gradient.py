@@ -3,6 +3,7 @@ bounding box."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -178,7 +179,12 @@ class RollingGradient:
 
     If the problem is its own mirror image in y = 0, `mirror` holds the parities of τ_x and τ_y and all fields those of the
     m elements y > 0. `applications` counts calls: the unit in which the cost of the tangential solver is measured.
+
+    In a step over time it is (D + c) A with `rate` = c in 1/m, or c A alone if nothing `rolls` (`over_time`).
     """
+
+    rate = 0.0
+    rolls = True
 
     def __init__(
         self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance, threads: int = 1,
@@ -196,13 +202,14 @@ class RollingGradient:
         tables = shear_tables(n + MARGIN, width, dx, dy, compliance)
         self._padded = free_space(n + MARGIN, width)
         self._symbols = shear_symbols(tables, self._padded)
-        near = [table[np.abs(DIFFERENCE_OFFSETS)] for table in tables]
+        self._near = near = [table[np.abs(DIFFERENCE_OFFSETS)] for table in tables]
         if compliance.relaxing is not None:
             memory = compliance.relaxing.shear_tables(n + MARGIN, width, dx, dy)
             xx, yy, xy = (symbol + half_plane_symbol(table, self._padded, parity)
                           for symbol, table, parity in zip(self._symbols, memory, (1, 1, -1), strict=True))
             self._symbols = xx, yy, xy
             near = [own + table[n + MARGIN - 1 + np.array(DIFFERENCE_OFFSETS)] for own, table in zip(near, memory, strict=True)]
+        # Corrections at borders belong to D and use this also in steps over time.
         signs = np.where(np.arange(width) % 2, -2.0, 2.0)
         signs[0], signs[-1] = 1.0, 0.5 * signs[-1] if width > 1 else 1.0
         self.self_gradient = self._response([t[:, 0] for t in near])
@@ -212,10 +219,26 @@ class RollingGradient:
         """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa if u at `DIFFERENCE_OFFSETS` from the loaded row is `rows`: of an element
         by its own traction (`self_gradient`), and of a row of elements by tractions ±1 in turn (`alternating_gradient`)."""
         along, across = (
-            sum(w * float(u) for u, w in zip(t, self.weights, strict=True)) / self.dx
+            sum(w * float(u) for u, w in zip(t, self._step_weights, strict=True)) / self.dx
             for t in rows[:2]
         )
         return along, across
+
+    @property
+    def _step_weights(self) -> tuple[float, ...]:
+        """`weights` of D + c: c adds to that of the element's own row."""
+        a, b, own, d = self.weights
+        return a, b, own + self.rate * self.dx, d
+
+    def over_time(self, rate: float, *, rolls: bool = True) -> RollingGradient:
+        """(D + c) A with c = `rate` in 1/m, for steps over time, or c A if nothing `rolls`, with the transforms of this one."""
+        assert self._shear is not None  # made before it is shared
+        step = copy.copy(self)
+        step.rate, step.rolls = rate, rolls
+        if not rolls:
+            step.weights, step._dissipative = (0.0,) * 4, (0.0,) * 5
+        step.self_gradient = step._response([table[:, 0] for table in self._near])
+        return step
 
     @cached_property
     def _shear(self) -> FreeShear | MirroredShear:
@@ -231,7 +254,7 @@ class RollingGradient:
     def __call__(self, traction: AnyArray) -> AnyArray:
         """∂u/∂x of shape (2, n, m)."""
         self.applications += 1
-        return difference(self.displacement(traction), self.weights, self.dx)
+        return difference(self.displacement(traction), self._step_weights, self.dx)
 
     def of_shape(self, shape: AnyArray) -> AnyArray:
         """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f), of the
@@ -245,10 +268,10 @@ class RollingGradient:
             u[:2, MARGIN:-MARGIN] -= self.compliance.interlayer * shape
         return difference(u, self.weights, self.dx)
 
-    def split(self, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
-        """∂u/∂x, and the part of it by which the upstream formula dissipates power, both (2, n, m).
+    def split(self, traction: AnyArray) -> tuple[AnyArray, AnyArray, AnyArray]:
+        """∂u/∂x, the part of it by which the upstream formula dissipates power, and u in m, all (2, n, m).
 
-        The sum of the latter times the traction is the power of slip zones narrower than an element."""
+        The sum of the second times the traction is the power of slip zones narrower than an element."""
         self.applications += 1
         u = self.displacement(traction)
-        return difference(u, self.weights, self.dx), difference(u, self._dissipative, self.dx)
+        return difference(u, self._step_weights, self.dx), difference(u, self._dissipative, self.dx), u[:, MARGIN:-MARGIN]

@@ -38,8 +38,8 @@ LARGEST_REFINED_RESIDUAL = 1e-2
 """Residuals that grow when recomputed, but not beyond this, are reduced by further steps."""
 
 Start = tuple[Array, tuple[float, float]]
-Finished = tuple[Iterate, AnyArray, AnyArray, float]
-"""The last iterate, its slip, its lost power, and that lost inside the bodies: see `Newton.finish`."""
+Finished = tuple[Iterate, AnyArray, AnyArray, float, AnyArray]
+"""The last iterate, its slip, its lost power, that lost inside the bodies, and its displacement: see `Newton.finish`."""
 
 MOST_FRICTION_ITERATIONS = 60
 """Solutions with given coefficients of friction after which the fixed point is given up; 12 to 21 are usual."""
@@ -52,7 +52,7 @@ class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation dissipates in
     each element (upstream difference and border compliance); `hysteresis` is the sum, in Pa, of the power that is lost inside
-    bodies that relax. `residual` is |τ − Proj(τ + ρ s)| over the expected tractions,
+    bodies that relax. `displacement` is u = A τ in m, (2, n, m). `residual` is |τ − Proj(τ + ρ s)| over the expected tractions,
     both in the 2-norm. `bound` is the largest traction, in Pa, with the friction at this slip."""
 
     traction: Array
@@ -65,6 +65,7 @@ class TangentialSolution:
     applications: int
     converged: bool
     bound: Array
+    displacement: Array
     hysteresis: float = 0.0
     history: tuple[float, ...] = field(default=())
 
@@ -76,7 +77,7 @@ class RollingSolver:
         self.gradient = gradient
         self.options = options or RollingOptions()
         self._inverse = StickInverse(gradient.shape, gradient.dx, gradient.dy, gradient.compliance, gradient.mirror,
-                                     gradient.weights)
+                                     gradient.weights, gradient.rate)
 
     def solve(self, problem: TangentialProblem, starts: Sequence[Start], tolerance: float = 1e-6) -> TangentialSolution:
         """Solve from the best of `starts`: tractions (2, n, m) and, if forces are given, the creepages to begin from.
@@ -90,7 +91,7 @@ class RollingSolver:
         settled = finished[0].norm <= 2.0 * tolerance
         if not settled and problem.slip_friction is not None:
             newton, finished, settled = self._fixed_point(problem, newton, finished[0], tolerance, history)
-        state, slip, lost, inside = finished
+        state, slip, lost, inside, displacement = finished
         creep = newton.creepage(state.unknown)
         return TangentialSolution(
             traction=state.traction,
@@ -103,6 +104,7 @@ class RollingSolver:
             applications=self.gradient.applications - before,
             converged=settled,
             bound=state.bound,
+            displacement=displacement,
             hysteresis=inside,
             history=tuple(history),
         )

@@ -18,6 +18,7 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.halfspace.relaxing import Relaxing
 from thermoroll_cli.numerics.convolution import Parities
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.contact import Past
 from thermoroll_cli.problem.problem import Material, Problem
 from thermoroll_cli.rolling.differential_slip import DifferentialSlip, compliance_shares, resolved
 
@@ -27,9 +28,10 @@ SLIP_SAMPLES = 65
 
 @dataclass(frozen=True)
 class DerivedQuantities:
-    """A problem with its derived constants (SI)."""
+    """A problem with its derived constants (SI), and in a step over time with the `past` of its contact."""
 
     problem: Problem
+    past: Past | None = None
 
     @property
     def given(self) -> Given:
@@ -175,8 +177,10 @@ class Kinematics:
 
     @property
     def moves(self) -> bool:
-        """True if the contact can have tangential load: creepage, spin, a force, differential slip, or bodies whose surfaces
-        strain differently under pressure."""
+        """True if the contact can have tangential load: creepage, spin, a force, differential slip, bodies whose surfaces
+        strain differently under pressure, or a past."""
+        if self.derived.past is not None:
+            return True
         m = self.problem.motion
         driven = any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
         return driven or self.derived.dissimilar or self.differential_slip.active
@@ -214,6 +218,8 @@ class Kinematics:
         Purely longitudinal rolling is its own mirror image. Lateral creepage and spin change sign in the mirror, which reverses
         all tractions. This symmetry does not hold for bodies of unlike elasticity, since the pressure pulls surfaces inwards in
         the mirror, too, nor with differential slip, which is the same on both sides."""
+        if self.derived.past is not None:
+            return self.derived.past.mirror
         m = self.problem.motion
         if not (self.problem.geometry.symmetric and self.problem.friction.symmetric):
             return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass, field
 from weakref import WeakKeyDictionary
@@ -87,6 +88,16 @@ class Discretisation:
                                        derived.relaxing)
         self.responses = HeatResponses(self.grid, None if before is None else before.responses.tables)
 
+    def under(self, derived: DerivedQuantities) -> Discretisation:
+        """The same grid, with its kernels, for another load or motion of the same bodies."""
+        other = copy.copy(self)
+        other.derived, other._heats = derived, WeakKeyDictionary()
+        if not self.has_kernels_of(derived):
+            other.pressure = PressureSolver(
+                derived, self.grid, self.extent, self.options.tolerances.normal, whole_elements=self.options.whole_elements,
+                start=self.isothermal_pressure.start * (derived.scales.peak_pressure / self.derived.scales.peak_pressure))
+        return other
+
     @property
     def place(self) -> tuple[object, ...]:
         """The grid in Hertz's units: places are equal on grids whose elements correspond, also of different problems."""
@@ -117,10 +128,15 @@ class Discretisation:
         return self.pressure.solve(offset, start.start, tolerance, mirrored=mirrored)
 
     def driving_slip(self, normal: Pressure) -> Array:
-        """Slip s/V without any traction, (2, nx, ny): creepage and spin, and −∂u^p/∂x of bodies that strain differently."""
-        rigid = self.derived.kinematics.rigid_slip(self.grid)
-        if self.derived.dissimilar:
+        """Slip s/V without any traction, (2, nx, ny): creepage and spin, −∂u^p/∂x of bodies that strain differently, and in a
+        step over time what the displacements before add."""
+        rigid, past = self.derived.kinematics.rigid_slip(self.grid), self.derived.past
+        if self.derived.dissimilar and (past is None or past.rolls):
             rigid -= self.traction.coupling.tangential_gradient(normal.pressure)
+        if past is not None:
+            rigid += past.slip
+            if self.derived.dissimilar:
+                rigid -= past.rate * self.traction.coupling.tangential_displacement(normal.pressure)
         return rigid
 
     def roll(self, normal: Pressure, start: Traction, tolerance: float, friction: Array | None = None) -> Traction:

@@ -17,7 +17,7 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table
 from thermoroll_cli.halfspace.relaxing import Relaxing
 from thermoroll_cli.numerics.convolution import Convolution, Parities, half_plane_symbol, multiply, unfolded
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.contact import Pressure, Traction
+from thermoroll_cli.problem.contact import Past, Pressure, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.rolling.element_borders import continued_gradient, known_gradient
@@ -111,7 +111,8 @@ class TractionSolver:
         self._threads = threads
         self._windows: dict[Parities | None, Window] = {}
         self._solvers: dict[Parities | None, RollingSolver] = {}
-        self._undisturbed_leading: tuple[Window, Array] | None = None
+        self._over_time: dict[tuple[Parities | None, float, bool], RollingSolver] = {}
+        self._undisturbed_leading: tuple[Window, Pressure, Array] | None = None
 
     @cached_property
     def coupling(self) -> NormalShearCoupling:
@@ -125,13 +126,14 @@ class TractionSolver:
     ) -> Traction:
         """Tractions and slip under the pressure `normal` (`undisturbed` says that it is Hertz's), driven by the slip `rigid`
         (2, nx, ny); `friction` as in `Discretisation.roll`. Raises Unsolvable if the interlayer yields far below the force."""
-        problem, motion = derived.problem, derived.problem.motion
+        problem, motion, past = derived.problem, derived.problem.motion, derived.past
         mirror = derived.kinematics.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
-        window = self.window_around(normal.contact, mirror, derived)
-        solver = self._solvers[mirror]
+        # A contact that grows meets material that has moved: displacements are needed everywhere.
+        window = self.window_around(normal.contact if past is None else np.ones_like(normal.contact), mirror, derived)
+        solver = self._solvers[mirror] if past is None else self._step_solver(mirror, past)
         before = solver.gradient.applications
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
-        has_shape = self.options.leading_known and not derived.dissimilar
+        has_shape = self.options.leading_known and not derived.dissimilar and solver.gradient.rolls
         bound = _bound(problem, normal, friction, self.grid.y)
         if undisturbed:
             check_yield(problem, float(bound.sum()) * self.grid.element_area, BEYOND_YIELD)
@@ -154,6 +156,8 @@ class TractionSolver:
         creepage_x = solution.creepage[0] if motion.force_x is not None else motion.creepage_x or 0.0
         creepage_y = solution.creepage[1] if motion.force_y is not None else motion.creepage_y or 0.0
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
+        if past is not None:
+            rigid_inner = rigid_inner - past.rate * solution.displacement
         hysteresis = solution.hysteresis * cell.element_area
         work = float((solution.traction * rigid_inner).sum()) * cell.element_area - hysteresis
         local = None
@@ -177,6 +181,7 @@ class TractionSolver:
             converged=solution.converged,
             friction=local,
             hysteresis=hysteresis,
+            displacement=window.vector(solution.displacement),
         )
 
     # --- the window ----------------------------------------------------------------------------------------------
@@ -188,10 +193,30 @@ class TractionSolver:
             return last
         window = need if last is None else last.grown(need)
         self._windows[mirror] = window
+        self._over_time.clear()
         self._solvers[mirror] = RollingSolver(RollingGradient(
             window.shape, self.grid.dx, self.grid.dy, derived.shear_compliance, self._threads, mirror,
             self.options.difference_weights), self.options)
         return window
+
+    def _step_solver(self, mirror: Parities | None, past: Past) -> RollingSolver:
+        """The solver of steps with the rate of `past`; those of the last few rates are kept."""
+        key = mirror, past.rate, past.rolls
+        if key not in self._over_time:
+            if len(self._over_time) > 3:
+                self._over_time.clear()
+            gradient = self._solvers[mirror].gradient.over_time(past.rate, rolls=past.rolls)
+            self._over_time[key] = RollingSolver(gradient, self.options)
+        return self._over_time[key]
+
+    def displacement(self, derived: DerivedQuantities, tangential: Traction) -> Array:
+        """u = A τ in m, (2, nx, ny): that of the last solution, or computed on the whole grid."""
+        if tangential.displacement is not None:
+            return tangential.displacement
+        if not tangential.traction.any():
+            return np.zeros_like(tangential.traction)
+        window = self.window_around(np.ones(self.grid.shape, dtype=bool), None, derived)
+        return np.asarray(self._solvers[None].gradient.displacement(window.cut(tangential.traction))[:, MARGIN:-MARGIN])
 
     def solver_of(self, window: Window) -> RollingSolver:
         """The solver of the window that was asked for last, with its symmetry."""
@@ -208,9 +233,10 @@ class TractionSolver:
         """Error of the difference formula at the leading edge (`known_gradient`), (3, n, m) in the window."""
         if not undisturbed:
             return self._missed(derived, normal, window, undisturbed=False)
-        if self._undisturbed_leading is None or self._undisturbed_leading[0] != window:
-            self._undisturbed_leading = window, self._missed(derived, normal, window, undisturbed=True)
-        return self._undisturbed_leading[1]
+        known = self._undisturbed_leading
+        if known is None or known[0] != window or known[1] is not normal:
+            known = self._undisturbed_leading = window, normal, self._missed(derived, normal, window, undisturbed=True)
+        return known[2]
 
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """`leading` computed anew, for one application: under Hertz's pressure from the closed form, else from the gap."""

@@ -1,0 +1,224 @@
+"""The steps of a history on one grid.
+
+Material flows towards +x, and at a fixed place of the contact's frame the slip is
+
+    s/V = ξ − ∂u/∂x − (1/V) ∂u/∂t = ξ − ∂u/∂x − ∂u/∂σ
+
+with the distance rolled σ. Each step is a steady problem with D + c in place of D, and what is known of ∂u/∂σ joins the rigid
+slip (`Past`):
+
+    after the start or a jump     ∂u/∂σ = (u − u₁)/h                                          c = 1/h
+    later                         ∂u/∂σ of the parabola through u, u₁ and u₂                  c = 1/h + 1/(h + k)
+
+with the steps h from u₁ and k from u₂ to u₁: of second order. Without rolling displacements take the place of velocities: with
+any length L, s/L = (δ + u₁ − u)/L for the shift δ of the step, which is exact while the direction of slip stays. L over the
+time of the step stands for V. u is that of traction and, between unlike bodies, of pressure.
+
+Energy: the tractions do the `work` ∫ ∬ τ·ξ dσ, of which ½ ∬ τ·u is stored, and the rest becomes heat.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.history.course import History
+from thermoroll_cli.numerics.grid import Grid, Prolongation
+from thermoroll_cli.problem.contact import Contact, Past, Traction
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.refinement.refine import first_guess
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
+from thermoroll_cli.steady_state.fixed_point import SteadyState, fixed_point
+from thermoroll_cli.steady_state.scalars import reported_state
+
+MOST_GROWTH = 2.4
+"""Ratio of a step to the one before it, up to which the parabola through three states is used: it is stable up to 1 + √2."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One state of a history: its `place` in the course, `time` in s, `distance` rolled in m, the solver's `state` on the grid
+    of `here`, its `reported` form, and of all steps since the last moment the `applications` and whether each was solved
+    (`converged`)."""
+
+    place: float
+    time: float
+    distance: float
+    here: Discretisation
+    state: SteadyState
+    reported: State
+    applications: int
+    converged: bool
+
+
+@dataclass(frozen=True)
+class _Reached:
+    """The end of a step: displacements `u` (2, nx, ny) in m, slip that drives the tractions (`rigid`, over V), `work` and
+    `heat` in J since the start, and the total `shift` in m."""
+
+    place: float
+    time: float
+    distance: float
+    contact: Contact
+    u: Array
+    rigid: Array
+    work: float = 0.0
+    heat: float = 0.0
+    shift: tuple[float, float] = (0.0, 0.0)
+    rolls: bool = True
+
+
+class Steps:
+    """A history on a grid of `shape` elements over the contact of its largest load."""
+
+    def __init__(
+        self, history: History, shape: tuple[int, int], options: SolverOptions | None = None, threads: int = 1
+    ) -> None:
+        self.history, self._options = history, options or SolverOptions()
+        derived = DerivedQuantities(history.largest)
+        self._base = Discretisation(derived, shape, derived.problem.numerics.extent, threads, self._options)
+        self._mirror = DerivedQuantities(history.most).kinematics.mirror_on(shape[1], heated=False)
+
+    def moments(self, rows: Array) -> Iterator[Moment]:
+        """The states at the places `rows`, with further steps to where inputs jump between them."""
+        course, tolerances = self.history.course, self._options.tolerances
+        stops = np.unique(np.concatenate([rows, [jump for jump in course.jumps if rows[0] < jump < rows[-1]]]))
+        times, distances = self.history.clock(stops)
+        here, state = self._begin(float(rows[0]))
+        reached = self._arrived(here, state.contact, float(stops[0]), float(times[0]), float(distances[0]))
+        yield self._moment(here, state, reached, state.applications, converged=state.converged)
+        before: _Reached | None = None
+        work, solved = 0, True
+        for stop, time, distance in zip(stops[1:].tolist(), times[1:].tolist(), distances[1:].tolist(), strict=True):
+            jumps = reached.place in course.jumps
+            here = self._here(stop, time, distance, reached, None if jumps else before)
+            state = fixed_point(here, first_guess(here, reached.contact, hot=False), tolerances)
+            work, solved = work + state.applications, solved and state.converged
+            before, reached = reached, self._after(here, state.contact, stop, time, distance, reached, jumps=jumps)
+            if stop in rows:
+                yield self._moment(here, state, reached, work, converged=solved)
+                work, solved = 0, True
+
+    # --- the beginning -----------------------------------------------------------------------------------------------
+
+    def _begin(self, place: float) -> tuple[Discretisation, SteadyState]:
+        """The state that the history begins with: the steady one, or tractions that are given."""
+        begin, problem = self.history.course.begin, self.history.problem_at(place)
+        here = self._base.under(DerivedQuantities(problem))
+        mirror = here.derived.kinematics.mirror_on(here.grid.ny, heated=False)
+        # Displacements are needed wherever a later contact may be.
+        here.traction.window_around(np.ones(here.grid.shape, dtype=bool), mirror, here.derived)
+        guess = first_guess(here, None, hot=False)
+        if begin == "steady":
+            return here, fixed_point(here, guess, self._options.tolerances)
+        nothing = np.zeros((2, *here.grid.shape))
+        past = Past(1.0 / here.grid.dx, nothing, self._mirror, rolls=False)
+        here = here.under(DerivedQuantities(self._still(problem, (0.0, 0.0), here.grid, 1.0), past))
+        normal = here.isothermal_pressure
+        traction = nothing if begin == "pressed" else _carried(begin, here, normal.pressure)
+        contact = Contact(normal, Traction(traction, nothing, normal.contact, (0.0, 0.0), nothing[0], nothing[0], 0.0))
+        return here, SteadyState(contact, 0, 0.0, True, 0, 0, 0, False, ())
+
+    # --- one step ----------------------------------------------------------------------------------------------------
+
+    def _here(self, place: float, time: float, distance: float, last: _Reached, before: _Reached | None) -> Discretisation:
+        """The problem of the step that ends at `place`, with its past."""
+        problem, grid, step = self.history.problem_at(place), self._base.grid, distance - last.distance
+        if step == 0.0:
+            shift = self.history.shift_at(place)
+            moved = shift[0] - last.shift[0], shift[1] - last.shift[1]
+            problem = self._still(problem, moved, grid, time - last.time)
+            past = Past(1.0 / grid.dx, last.u / grid.dx, self._mirror, rolls=False)
+        elif before is None or not last.rolls or not 0.0 < step <= MOST_GROWTH * (last.distance - before.distance):
+            past = Past(1.0 / step, last.u / step, self._mirror)
+        else:
+            k = last.distance - before.distance
+            slip = last.u * ((step + k) / (step * k)) - before.u * (step / (k * (step + k)))
+            past = Past(1.0 / step + 1.0 / (step + k), slip, self._mirror)
+        return self._base.under(DerivedQuantities(problem, past))
+
+    @staticmethod
+    def _still(problem: Problem, shift: tuple[float, float], grid: Grid, time: float) -> Problem:
+        """`problem` without rolling: the length of an element over the `time` of the step stands for the speed."""
+        motion = problem.motion
+        return replace(problem, motion=replace(
+            motion, speed=grid.dx / time, spin=0.0, differential_slip=False, at="origin",
+            creepage_x=None if motion.force_x is not None else shift[0] / grid.dx,
+            creepage_y=None if motion.force_y is not None else shift[1] / grid.dx))
+
+    def _arrived(self, here: Discretisation, contact: Contact, place: float, time: float, distance: float) -> _Reached:
+        """What the steps begin from."""
+        past = here.derived.past
+        return _Reached(place, time, distance, contact, self._displacement(here, contact), _rigid(here, contact),
+                        shift=self.history.shift_at(place), rolls=past is None or past.rolls)
+
+    def _after(
+        self, here: Discretisation, contact: Contact, place: float, time: float, distance: float, last: _Reached, *,
+        jumps: bool,
+    ) -> _Reached:
+        """The end of a step, with the energies since the last one: by the trapezoidal rule, but of inputs that have jumped, and
+        of heat without rolling, which is that of the bound, by their values at the end."""
+        past, area = here.derived.past, here.grid.element_area
+        assert past is not None
+        rigid, traction, step = _rigid(here, contact), contact.tangential.traction, distance - last.distance
+        shift = self.history.shift_at(place)
+        if not past.rolls:
+            step = here.grid.dx
+            found = contact.tangential.creepage
+            shift = last.shift[0] + found[0] * step, last.shift[1] + found[1] * step
+        alone = jumps or not past.rolls or not last.rolls
+        mean = rigid if alone else 0.5 * (rigid + last.rigid)
+        rate = contact.tangential.work if alone else 0.5 * (contact.tangential.work + last.contact.tangential.work)
+        work = 0.5 * float(((traction + last.contact.tangential.traction) * mean).sum()) * area
+        return _Reached(place, time, distance, contact, self._displacement(here, contact), rigid, last.work + work * step,
+                        last.heat + rate * step, shift, past.rolls)
+
+    @staticmethod
+    def _displacement(here: Discretisation, contact: Contact) -> Array:
+        """u in m, (2, nx, ny), of traction and, between unlike bodies, of pressure."""
+        u = here.traction.displacement(here.derived, contact.tangential)
+        if here.derived.dissimilar:
+            u = u + here.traction.coupling.tangential_displacement(contact.normal.pressure)
+        return u
+
+    def _moment(
+        self, here: Discretisation, state: SteadyState, reached: _Reached, applications: int, *, converged: bool
+    ) -> Moment:
+        reported = reported_state(here, state.contact, heated=False)
+        tangential = state.contact.tangential
+        stored = 0.5 * float((tangential.traction * here.traction.displacement(here.derived, tangential)).sum())
+        scalars = {**reported.scalars, "elastic_energy_J": stored * here.grid.element_area, "work_J": reached.work,
+                   "heat_J": reached.heat, "shift_x_um": 1e6 * reached.shift[0], "shift_y_um": 1e6 * reached.shift[1]}
+        if not reached.rolls:
+            # Over a distance rolled there is nothing.
+            scalars |= dict.fromkeys(("creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm", "T_gamma_N",
+                                      "T_gamma_without_spin_N"), math.nan)
+        return Moment(reached.place, reached.time, reached.distance, here, state, replace(reported, scalars=scalars),
+                      applications, converged and tangential.converged)
+
+
+def _rigid(here: Discretisation, contact: Contact) -> Array:
+    """Slip of the bodies far away over V, (2, nx, ny), with the creepages that were found."""
+    rigid, motion = here.derived.kinematics.rigid_slip(here.grid), here.derived.problem.motion
+    for i, force in enumerate((motion.force_x, motion.force_y)):
+        if force is not None:
+            rigid[i] += contact.tangential.creepage[i]
+    return rigid
+
+
+def _carried(result: Result, here: Discretisation, pressure: Array) -> Array:
+    """Tractions of a result on this grid, (2, nx, ny) in Pa."""
+    fields = result.fields
+    steps = [float(places[1] - places[0]) for places in (result.x, result.y)]
+    source = Grid.over((len(result.x), len(result.y)), len(result.x) * steps[0], len(result.y) * steps[1],
+                       float(result.y.mean()), float(result.x.mean()))
+    traction = np.stack([fields["shear_x"], fields["shear_y"]])
+    alike = source.shape == here.grid.shape and np.allclose(
+        (*result.x, *result.y), (*here.grid.x, *here.grid.y), rtol=1e-9, atol=0.0)
+    return traction if alike else Prolongation(source, here.grid).traction(traction, fields["pressure"], pressure)
