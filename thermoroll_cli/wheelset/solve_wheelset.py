@@ -24,11 +24,11 @@ from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 MOST_ROUNDS, MIXED_ROUNDS, NEARLY_ROUNDS = 32, 8, 20
 """Rounds at most; with all unknowns mixed; and from which on a change of `ROUGH` counts as an error, not as a failure: patches
 that come and go, and approaches that jump with the places of the elements, leave no state that is met more closely."""
-ROUGHLY, ROUGH, FINE = 2e-2, 1e-3, 1e-4
+ROUGHLY, NEARLY, ROUGH, FINE = 2e-2, 1e-2, 1e-3, 1e-4
 """On a rough grid and on the wanted one: change of the vertical force over the load from round to round with which patches are
 known, and what is unbalanced then: torque about the axle over radius and friction limit, or traction over that limit. If the
 rough grid leaves no heat out, a round costs hardly less on it: it is met only roughly, and left out on patches that are
-known."""
+known. What `MOST_ROUNDS` meet `NEARLY` is a result with a warning, and with errors that contain what is left."""
 STOOD = 0.1
 """Share of these with which the wheelset is placed."""
 GUESSES = 2
@@ -247,6 +247,8 @@ class _Search:
                               for (side, found), (_, bearing) in zip(self.known, self.loaded, strict=True)]
             if known:
                 return ""
+        if self.left <= NEARLY:
+            return ""
         if self.drift > tolerance and not self._exceeds_friction:
             return f"the load did not settle among the patches: their vertical forces still change by {self.drift:.1e}"
         return self._without_balance(unbalanced)
