@@ -27,17 +27,32 @@ from tests.support.problems import (
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem, ReturningTrack, Strength, SubsurfaceRequest
+from thermoroll_cli.problem.problem import (
+    Heating,
+    Material,
+    Motion,
+    Numerics,
+    Problem,
+    ReturningTrack,
+    Strength,
+    SubsurfaceRequest,
+)
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 
 __all__ = [
-    "CASES", "MECHANICAL", "REFERENCE", "STEEL", "Dimensionless", "Saturation", "article_4_1", "divided_heats", "elastic",
+    "CASES", "MECHANICAL", "REFERENCE", "STEEL", "Dimensionless", "Saturation", "accurate_to", "article_4_1", "divided_heats",
+    "elastic",
     "ellipse", "on_grid", "order", "reference", "reference_problem", "rolled", "rolling", "saturation", "solved", "spheres",
     "spin_ellipse", "strong_circle", "twin_disc", "wheel_on_rail",
 ]  # fmt: skip
 
 REFERENCE = Path(__file__).parents[1] / "reference"
+
+
+def accurate_to(accuracy: float, problem: Problem, *asked: str) -> Problem:
+    """`problem` with an accuracy, of scalars that are asked for, in place of a grid."""
+    return replace(problem, numerics=Numerics(None, accuracy, accuracy_of=asked))
 
 
 # --- cases solved by others --------------------------------------------------------------------------------------

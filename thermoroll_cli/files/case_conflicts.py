@@ -18,6 +18,7 @@ from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, Pr
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.files.profile_file import outline_fault, point_fault
+from thermoroll_cli.problem.names import ALL_SCALARS, GROUPS, SCALARS, SUBSURFACE_SCALARS, TOGETHER, WHEELSET_SCALARS
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
@@ -56,7 +57,7 @@ def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
     """Each check with the names of its tables, asked for once: a sweep checks every point."""
     checks = (
         _convexity, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
-        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset)  # fmt: skip
+        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _accuracy_of)  # fmt: skip
     return {check: tuple(inspect.signature(check).parameters) for check in checks}
 
 
@@ -105,6 +106,28 @@ def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Con
                            f"offset_mm = {profile.offset_mm - there:.4g} in its table brings " + (
                                "the tread, 70 mm from the flange back," if flanged else "its highest place") + " to y = 0",
                            at_key=True)
+
+
+def _accuracy_of(numerics: model.NumericsTable, sections: Sections) -> Iterator[Conflict]:
+    """Scalars that are to be accurate, and that the case does not have."""
+    if numerics.accuracy_of is None:
+        return
+    heated = "thermal" in sections and heat_is_on(sections)
+    missing = {"temperatures": not heated, "wear": sections.get("wear") is None}
+    there = dict(SCALARS) | ({} if sections.get("subsurface") is None else SUBSURFACE_SCALARS) | (
+        {} if sections.get("wheelset") is None else WHEELSET_SCALARS | TOGETHER)
+    groups = [group for group in GROUPS if not missing.get(group)]
+    without = {name for group in GROUPS if missing.get(group) for name in GROUPS[group]}
+    if not heated:
+        without |= {name for name, scalar in SCALARS.items() if scalar.kind == "exchanged heat"}
+    names = [name for name, scalar in there.items() if name not in without and (scalar.kind or name not in SCALARS)]
+    path, allowed = ("numerics", "accuracy_of"), f"{', '.join(groups)}, or scalars: {', '.join(names)}"
+    if not numerics.accuracy_of:
+        yield Conflict(path, "is empty", allowed)
+    for name in numerics.accuracy_of:
+        if name not in groups and name not in names:
+            why = "of this case" if name in GROUPS or name in ALL_SCALARS else "at all"
+            yield Conflict(path, f'"{name}" is no scalar {why}, and no group of them', allowed)
 
 
 def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:

@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, pairs, quantity, signed_length
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
+from thermoroll_cli.problem.names import GROUPS
 from thermoroll_cli.problem.problem import BODIES
 
 THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
@@ -263,6 +264,8 @@ class NumericsTable(Table):
         Allowed(f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"),
     ] | None = Field(default=None, description="Elements per side of the domain, or [nx, ny]")  # fmt: skip
     accuracy: float | None = quantity("Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
+    accuracy_of: Annotated[list[str] | None, Allowed(f"a list of scalars, or of {', '.join(GROUPS)}")] = Field(
+        default=None, description="Scalars, or groups of them, that have to be as accurate; all if left out", max_length=100)
     extent: float = quantity("Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
 
 
@@ -382,6 +385,7 @@ class Settings(Head):
 
 EXCLUSIVE = (
     ("numerics.grid", "numerics.accuracy", "a grid, or an accuracy for which a grid is picked"),
+    ("numerics.grid", "numerics.accuracy_of", "a grid, or scalars whose accuracy picks one"),
     *((f"creepage.{way}", f"force.{way}_N", "a force, or a creepage, in each direction")
       for way in ("longitudinal", "lateral")),
     *((f"{table}.points_mm", f"{table}.file", "points, or a file of them")

@@ -55,6 +55,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
             grid=(numerics.grid, numerics.grid) if isinstance(numerics.grid, int) else numerics.grid,
             accuracy=numerics.accuracy,
             extent=numerics.extent,
+            accuracy_of=tuple(numerics.accuracy_of or ()),
         ),
         title=settings.title,
         wear=_wear(settings.wear, geometry),

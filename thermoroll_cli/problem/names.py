@@ -477,3 +477,36 @@ DIAGRAMS: dict[str, tuple[str, ...]] = {
 def of_kind(*kinds: Kind) -> tuple[str, ...]:
     """Names of the scalars of a state of one of these kinds."""
     return tuple(name for name, scalar in SCALARS.items() if scalar.kind in kinds)
+
+
+def _group(scalar: Scalar) -> str:
+    """The group of scalars that `numerics.accuracy_of` names, to which one belongs; "" if to none."""
+    if scalar.name.startswith("wear_"):
+        return "wear"
+    if scalar.scale == "temperature":
+        return "temperatures"
+    if scalar.kind in ("integral", "exchanged heat"):
+        return "heat"
+    if scalar.name.endswith("_MPa"):
+        return "stresses"
+    if scalar.kind in ("relative area", "relative peak pressure", "stick", "area"):
+        return "shares"
+    of_forces = scalar.kind in ("resultant", "creepage", "pressure") or scalar.scale in ("vertical", "approach")
+    return "forces" if of_forces or scalar.name in ("angular_velocity_rad_s", "roll_mrad") else ""
+
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    group: tuple(name for name, scalar in (SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS).items() if _group(scalar) == group)
+    for group in ("forces", "heat", "temperatures", "stresses", "shares", "wear")}
+"""Groups of scalars whose accuracy may be asked for together."""
+
+
+def of_contacts(asked: Iterable[str]) -> frozenset[str]:
+    """Scalars of a contact that scalars and groups in `asked` stand for. Those of an assembly stand for the ones that they come
+    from: a sum of one wheel for its scalar, places and forces on rails for the forces of the contacts."""
+    names = {name for each in asked for name in GROUPS.get(each, (each,))}
+    own = {name for name in names if name in SCALARS or name in SUBSURFACE_SCALARS}
+    sums = {of_side(scalar, side): scalar for side in _SIDES for scalar in TOGETHER}
+    own |= {scalar for name, scalar in sums.items() if name in names}
+    others = names - own - sums.keys()
+    return frozenset(own | ({*GROUPS["forces"]} & {*SCALARS} if others else set()))

@@ -172,12 +172,14 @@ class Heating:
 class Numerics:
     """Discretisation: either a grid (elements per side) or a relative accuracy, and the domain side in Hertz semi-axes
     (`extent` = domain side / semi-axis, so 2.2 covers the contact with a margin of 5 % on each side). `across` are the ends (m)
-    of the domain across rolling; None: they follow the contact."""
+    of the domain across rolling; None: they follow the contact. `accuracy_of` names the scalars, or groups of them
+    (`names.GROUPS`), that have to be as accurate; none: all that are usual."""
 
     grid: tuple[int, int] | None = None
     accuracy: float | None = None
     extent: float = 2.2
     across: tuple[float, float] | None = None
+    accuracy_of: tuple[str, ...] = ()
 
     @property
     def negligible(self) -> float:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
-from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, Condition, Kind, Scalar, holds, of_kind
+from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, Condition, Kind, Scalar, holds, of_contacts, of_kind
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
@@ -86,7 +86,7 @@ RESULTANTS = of_kind("resultant")
 RIGID: tuple[Kind, ...] = "area", "relative area", "pressure", "peak pressure", "relative peak pressure"
 """Kinds of scalars that differential slip does not change, unless traction acts back on the pressure."""
 ERROR_SCALARS = tuple(name for name, scalar in SCALARS.items() if scalar.accurate)
-"""Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
+"""Scalars whose error has to fall below `numerics.accuracy`, if no others are asked for (those that are given have none)."""
 SMALLEST_ERROR_K = 1e-3
 """Temperatures need not be known more closely, in K, however small the rise is: no accuracy is missed for less."""
 
@@ -119,16 +119,20 @@ def estimate(
     return safety * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
 
 
-def missed_accuracy(
-    errors: Mapping[str, float], summary: Mapping[str, float], accuracy: float, interlayer: bool = False
-) -> list[str]:
-    """The `ERROR_SCALARS` of one state whose estimated error is above `accuracy`; `summary` has their values.
+def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], problem: Problem) -> list[str]:
+    """The scalars of one state that have to be accurate and whose estimated error is above the accuracy that is asked for:
+    those of `numerics.accuracy_of`, or the `ERROR_SCALARS`; `summary` has their values.
 
     A share that sticks of exactly 0 asks for no finer grid, and neither does the strip along the leading edge that sticks over
-    an `interlayer` (0.3 % of the contact where a locomotive slips by 10 %), if it is no wider than its own error: the forces
+    an interlayer (0.3 % of the contact where a locomotive slips by 10 %), if it is no wider than its own error: the forces
     have the effect of the stick that may be unseen."""
-    known = ("gamma_st",) if summary["gamma_st"] <= (errors["gamma_st"] if interlayer else 0.0) else ()
-    missed = [name for name in ERROR_SCALARS if errors[name] > accuracy and name not in known]
+    accuracy, asked = problem.numerics.accuracy, problem.numerics.accuracy_of
+    if accuracy is None:
+        return []
+    wanted = [name for name in errors if name in of_contacts(asked)] if asked else ERROR_SCALARS
+    interlayer = problem.interlayer.compliance > 0.0
+    known = ("gamma_st", "stick_area_mm2") if summary["gamma_st"] <= (errors["gamma_st"] if interlayer else 0.0) else ()
+    missed = [name for name in wanted if errors[name] > accuracy and name not in known]
     return [name for name in missed if name not in TEMPERATURES or errors[name] * error_scale(name, summary) > SMALLEST_ERROR_K]
 
 

@@ -40,14 +40,11 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp.warnings]
     heat = last.here.heat(last.contact) if plan.runs("heat") else None
     warnings += warnings_after(derived, last, heat, resolution.edge)
-    wanted = problem.numerics.accuracy
-    if wanted is not None:
-        missed = missed_accuracy(errors, by_level[-1], wanted, problem.interlayer.compliance > 0.0)
-        if missed:
-            worst = max(missed, key=lambda k: errors[k])
-            elements = last.here.grid.nx
-            reasons.append(f"accuracy {wanted:g} not reached on the finest grid tried, {elements} elements per side: "
-                           f"{worst} is good to {errors[worst]:.1e}; ask for less or set numerics.grid")
+    if missed := missed_accuracy(errors, by_level[-1], problem):
+        worst = max(missed, key=lambda k: errors[k])
+        reasons.append(f"accuracy {problem.numerics.accuracy:g} not reached on the finest grid tried, {last.here.grid.nx} "
+                       f"elements per side: {worst} is good to {errors[worst]:.1e}; ask for less, name what has to be accurate "
+                       "in numerics.accuracy_of, or set numerics.grid")
     history: dict[str, Any] = {}
     if hot is not cold:
         history["coupling_residual"] = np.array(last.state.history)

@@ -111,8 +111,8 @@ class Solver:
 
 
 def _accurate_enough(plan: Plan, levels: list[Level]) -> bool:
-    wanted, scalars = plan.derived.problem.numerics.accuracy, scalars_by_level(levels)
-    if wanted is None or len(scalars) < 3:
+    problem, scalars = plan.derived.problem, scalars_by_level(levels)
+    if problem.numerics.accuracy is None or len(scalars) < 3:
         return False
     errors = estimates(Resolution(scalars, plan.derived, levels[-1].elements_across, plan))
-    return not missed_accuracy(errors, scalars[-1], wanted, plan.derived.problem.interlayer.compliance > 0.0)
+    return not missed_accuracy(errors, scalars[-1], problem)

@@ -13,6 +13,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.layered import LayeredBody
 from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.names import of_contacts
 from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result, Subsurface
 from thermoroll_cli.refinement.error_estimates import Resolution, stress_estimates
@@ -80,7 +81,16 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     start = time.perf_counter()
     below = _below_the_surface(request, result.summary(), plan, refining_both(levels))
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
-    return replace(result, subsurface=below, work={**result.work, "seconds": seconds},
+    numerics, reason = result.problem.numerics, result.reason
+    # The grid was chosen for the surface.
+    missed = {name: error for name, error in below.error.items()
+              if name in of_contacts(numerics.accuracy_of) and error > (numerics.accuracy or math.inf)}
+    if missed:
+        worst = max(missed, key=lambda name: missed[name])
+        own = (f"accuracy {numerics.accuracy:g} not reached below the surface on the grid that the surface needs: {worst} is "
+               f"good to {missed[worst]:.1e}; set numerics.grid")
+        reason = "; ".join(filter(None, (reason, own)))
+    return replace(result, subsurface=below, work={**result.work, "seconds": seconds}, converged=not reason, reason=reason,
                    warnings=(*result.warnings, *below.warnings))
 
 

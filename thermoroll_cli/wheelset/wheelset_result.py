@@ -144,8 +144,8 @@ def _left_out(solved: SolvedWheelset) -> Iterator[str]:
 def _barely_met(solved: SolvedWheelset) -> Iterator[str]:
     """Doubts about a balance between two states, from one to the other of which patches jump."""
     if solved.left > ROUGH:
-        yield (f"the balance is met within {solved.left:.1e} of the load or the friction limit, as patches come and go with the "
-               "elements: errors contain that; a finer numerics.grid or smoothing_mm in the tables of the profiles helps")
+        yield (f"the balance is met within {solved.left:.1e} of the load or the friction limit, as patches come and go with "
+               "the elements: errors contain that; a finer numerics.grid or smoothing_mm of the profiles helps")
 
 
 def _turning(patch: SolvedPatch) -> Iterator[str]:
