@@ -94,7 +94,8 @@ def _plan_lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
     yield from with_remarks(steps, width)
     accuracy = case.problem.numerics.accuracy
-    upto = f" at most, until the scalars are good to {accuracy:g}" if accuracy is not None else ""
+    asked = ", ".join(case.problem.numerics.accuracy_of) or "the scalars"
+    upto = f" at most, until {asked} are good to {accuracy:g}" if accuracy is not None else ""
     yield f"  grid {plan.grid[0]}×{plan.grid[1]}{upto}"
     drawing = _picture_seconds(case, plan)
     pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""

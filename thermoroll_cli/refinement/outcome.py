@@ -132,4 +132,5 @@ def _work(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: bool
         "seconds": {k: round(v, 6) for k, v in seconds.items()},
         "extrapolated": list(EXTRAPOLATED) if extrapolated and len(refining_both(hot)) > 2 else [],
         "skipped": dict(plan.skipped),
+        **({"accuracy_of": list(asked)} if (asked := plan.derived.problem.numerics.accuracy_of) else {}),
     }

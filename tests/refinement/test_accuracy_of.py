@@ -1,0 +1,59 @@
+"""Accuracy of the scalars that are asked for, and of no others."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, THERMAL, call
+from tests.support.scenes import accurate_to, article_4_1
+from thermoroll_cli.problem.names import GROUPS, SCALARS, of_contacts
+from thermoroll_cli.refinement.solve import solve
+
+
+@pytest.mark.parametrize("asked", [("forces",), ("Q_F_W",), ("shares", "temperatures")])
+def test_only_what_is_asked_for_decides_the_grid(asked: tuple[str, ...]) -> None:
+    problem = article_4_1(64)
+    found, all_of_it = solve(accurate_to(2e-3, problem, *asked)), solve(accurate_to(2e-3, problem))
+    assert found.converged and all_of_it.converged
+    assert len(found.x) <= len(all_of_it.x)
+    for name in of_contacts(asked):
+        assert not found.error[name] > 2e-3
+    # The others keep their values and errors.
+    assert found.error["heat_flux_max_W_mm2"] > 0.0 and found["pressure_max_MPa"] > 0.0
+
+
+def test_forces_alone_need_a_coarser_grid_than_everything() -> None:
+    problem = article_4_1(64)
+    forces, everything = solve(accurate_to(1e-3, problem, "forces")), solve(accurate_to(1e-3, problem))
+    assert len(forces.x) < len(everything.x)
+    assert abs(forces["force_x_N"] - everything["force_x_N"]) < 1e-3 * everything["friction_limit_N"]
+
+
+def test_scalars_of_an_assembly_stand_for_those_of_its_contacts() -> None:
+    assert of_contacts(["track_force_y_left_N"]) == {*GROUPS["forces"]} & {*SCALARS}
+    assert of_contacts(["Q_F_left_W", "heat_into_lower_W"]) == {"Q_F_W", "heat_into_lower_W"}
+    assert {"wear_area_upper_um2"} < of_contacts(["wear"])
+
+
+@pytest.mark.parametrize(("text", "numerics", "words"), [
+    (MECHANICAL, 'accuracy_of = ["temperatures"]', ('"temperatures" is no scalar of this case', "forces, heat, stresses, shares")),
+    (THERMAL, 'accuracy_of = ["force_z_N"]', ('"force_z_N" is no scalar at all', "temperature_rise_max_lower_K")),
+    (THERMAL, 'accuracy_of = ["von_mises_max_lower_MPa"]', ("is no scalar of this case",)),
+    (THERMAL, "accuracy_of = []", ("is empty", "forces")),
+    (THERMAL, 'grid = 16\naccuracy_of = ["forces"]', ("cannot be given together with numerics.grid",)),
+])  # fmt: skip
+def test_what_a_case_does_not_have_is_refused(tmp_path: Path, text: str, numerics: str, words: tuple[str, ...]) -> None:
+    (tmp_path / "case.toml").write_text(text.replace("grid = 16", numerics))
+    done = call("validate", tmp_path / "case.toml")
+    assert done.returncode == 3 and all(word in done.stderr for word in ("numerics.accuracy_of", *words)), done.stderr
+
+
+def test_without_an_accuracy_it_is_the_usual_one(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL.replace("grid = 16", 'accuracy_of = ["forces"]'))
+    done = call("run", tmp_path / "case.toml", "--json", "--no-plots", "-o", tmp_path)
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert record["work"]["accuracy_of"] == ["forces"] and record["work"]["grid"][0] <= 64
