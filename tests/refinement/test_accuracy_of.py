@@ -39,7 +39,7 @@ def test_scalars_of_an_assembly_stand_for_those_of_its_contacts() -> None:
 
 
 @pytest.mark.parametrize(("text", "numerics", "words"), [
-    (MECHANICAL, 'accuracy_of = ["temperatures"]', ('"temperatures" is no scalar of this case', "forces, heat, stresses, shares")),
+    (MECHANICAL, 'accuracy_of = ["temperatures"]', ('"temperatures" is no scalar of this case', "forces, heat, stresses")),
     (THERMAL, 'accuracy_of = ["force_z_N"]', ('"force_z_N" is no scalar at all', "temperature_rise_max_lower_K")),
     (THERMAL, 'accuracy_of = ["von_mises_max_lower_MPa"]', ("is no scalar of this case",)),
     (THERMAL, "accuracy_of = []", ("is empty", "forces")),

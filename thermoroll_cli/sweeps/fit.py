@@ -336,22 +336,22 @@ def _found(model: _Model, *, skip: bool) -> Fit:
     if values < len(model.free):
         raise ValueError(f"{model.measured.source}: {values} measured values do not determine {len(model.free)} keys")
     ends = np.array([[one.coordinate(one.low), one.coordinate(one.high)] for one in model.free]).T
-    reason = ""
+    reason, rough = "", model
     for stage in ("coarse", "fine") if coarse else ("fine",):
         if stage == "fine":
-            model, more = _with_steady_points(replace(model, settings=(), _known={}), vector, skip=skip)
-            warnings = [*warnings, *more]
+            model, more = _with_steady_points(replace(model, settings=_asked(model), _known={}), vector, skip=skip)
+            warnings, rough = [*warnings, *more], replace(rough, measured=model.measured, _known={}) if coarse else model
         try:
-            # SciPy wants the start inside of the range.
+            # SciPy wants the start inside of the range. Slopes of the coarse grid lead to the same values.
             inside = np.clip(vector, ends[0] + AT_BOUND / 10, ends[1] - AT_BOUND / 10)
-            found = least_squares(model.residuals, inside, model.jacobian, ends, xtol=CLOSE[stage], ftol=CLOSE[stage] ** 2,
+            found = least_squares(model.residuals, inside, rough.jacobian, ends, xtol=CLOSE[stage], ftol=CLOSE[stage] ** 2,
                                   gtol=1e-12, max_nfev=MOST_STEPS)
         except (ArithmeticError, ValueError) as cause:
             reason = str(cause)
             break
         vector = found.x
         reason = "" if found.status > 0 else f"the values still change after {MOST_STEPS} steps"
-    return _result(model, vector, ends, reason, warnings)
+    return _result(model, rough, vector, ends, reason, warnings)
 
 
 def _coarser(case: Case) -> tuple[Override, ...]:
@@ -362,6 +362,15 @@ def _coarser(case: Case) -> tuple[Override, ...]:
         return ()
     coarse = [max(8, round(side * COARSE / max(sides))) for side in sides]
     return (Override(("numerics", "grid"), coarse, f"numerics.grid={coarse}", "fit"),)
+
+
+def _asked(model: _Model) -> tuple[Override, ...]:
+    """The setting by which only what was measured has to be accurate; nothing where the case has a grid, or says so itself."""
+    numerics = model.case.settings.numerics
+    if numerics.grid is not None or numerics.accuracy_of is not None:
+        return ()
+    names = [OVER_LOAD.get(name, name) for name in model.measured.values]
+    return (Override(("numerics", "accuracy_of"), names, f"numerics.accuracy_of={names}", "fit"),)
 
 
 def _with_steady_points(model: _Model, vector: Array, *, skip: bool) -> tuple[_Model, list[str]]:
@@ -380,7 +389,8 @@ def _with_steady_points(model: _Model, vector: Array, *, skip: bool) -> tuple[_M
             [f"points without a steady state are left out ({len(failed)}): {text}{'; …' if len(failed) > 3 else ''}"])
 
 
-def _result(model: _Model, vector: Array, ends: Array, reason: str, warnings: Sequence[str]) -> Fit:
+def _result(model: _Model, rough: _Model, vector: Array, ends: Array, reason: str, warnings: Sequence[str]) -> Fit:
+    """The outcome at `vector`, with the slopes of the `rough` model."""
     measured, free = model.measured, model.free
     computed, errors, _ = model.one(vector)
     residuals = model.residuals(vector)
@@ -389,7 +399,7 @@ def _result(model: _Model, vector: Array, ends: Array, reason: str, warnings: Se
     notes = list(warnings)
     if not reason:
         try:
-            jacobian = model.jacobian(vector)
+            jacobian = rough.jacobian(vector)
             student_t = float(stdtrit(freedom, 0.5 + 0.5 * BAND_PROBABILITY)) if freedom else math.nan
             unknown_errors = [name for name, row in zip(measured.values, errors, strict=True) if np.isnan(row).any()]
             if unknown_errors:
@@ -418,7 +428,7 @@ def _result(model: _Model, vector: Array, ends: Array, reason: str, warnings: Se
         correlation={a.key: {b.key: float(correlation[i, j]) for j, b in enumerate(free)} for i, a in enumerate(free)},
         rms={name: float(np.sqrt(np.mean(row**2))) for name, row in zip(measured.values, difference, strict=True)},
         computed=dict(zip(measured.values, computed, strict=True)), curve=curve, degrees_of_freedom=freedom, reason=reason,
-        warnings=tuple(notes), solved=model.solved)
+        warnings=tuple(notes), solved=model.solved + (0 if rough is model else rough.solved))
 
 
 def _of_either_sign(model: _Model, vector: Array, most: float) -> list[str]:
