@@ -57,7 +57,7 @@ def fit(
     options.check_writable(output)
 
     def report(count: int) -> None:
-        if verbose and not quiet:
+        if verbose or not quiet:
             streams.note(f"thermoroll: {read.name}: {count} cases solved")
 
     with options.recorded(case, as_json), options.usage("DATA.csv"):

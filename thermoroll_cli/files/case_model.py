@@ -189,7 +189,8 @@ def coefficient_at_rest(load: LoadTable, friction: FrictionTable) -> float:
 class InterlayerTable(Table):
     """A third body between the surfaces, which shears under the traction."""
 
-    compliance_um_GPa: float | None = quantity("Thickness of the interlayer over its shear modulus", None, ge=1e-12, le=1e12)
+    compliance_um_GPa: float | None = quantity("Thickness of the interlayer over its shear modulus; 0: none", None,
+                                               ge=0, le=1e12)  # fmt: skip
     yield_MPa: float | None = quantity("Shear stress at which the interlayer deforms plastically", None, ge=1e-9, le=1e9)
 
 

@@ -16,6 +16,7 @@ import os
 import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import chain, combinations, repeat
 from typing import Any
 
@@ -44,7 +45,7 @@ STEP = 1e-2
 iteration gains two digits a step."""
 DECADE = 10.0
 """A positive value whose range spans this factor is fitted as its logarithm."""
-CLOSE = {"coarse": 1e-3, "fine": 1e-5}
+CLOSE = {"coarse": 1e-2, "fine": 1e-4}
 """Relative change of the values with which each stage ends."""
 SOLVED = 1e-4
 """Share of the computed values that the fit leaves at least: solvers are not closer, and exact data determine no more."""
@@ -67,8 +68,9 @@ class Free:
 
     @classmethod
     def parse(cls, text: str, case: Case) -> Free:
-        """KEY or KEY=LOW:HIGH, which begins at the value in `case`. Without a range the whole one of the key is meant. Raises
-        ValueError: not a key that takes a number, no value in the case, no range, a start outside of it."""
+        """KEY or KEY=LOW:HIGH, which begins at the value in `case`, or in the middle of the range where the case has none.
+        Without a range the whole one of the key is meant. Raises ValueError: not a key that takes a number, neither a value in
+        the case nor a range, no range, a start outside of it."""
         key, equals, written = (part.strip() for part in text.partition("="))
         entry = entry_at(key_path(key))
         if "minimum" not in entry or entry.get("type") != "number":
@@ -85,7 +87,10 @@ class Free:
             low, high = lowest, highest
         value = CaseSource(case.name, "", json.loads(case.to_json())).get(key_path(key))
         if not isinstance(value, int | float):
-            raise ValueError(f"{key} has no value in {case.name}: write one there for the fit to begin with")
+            if not equals:
+                raise ValueError(f"{key} has no value in {case.name}: give a range, {key}=LOW:HIGH, or write a value there for "
+                                 "the fit to begin with")
+            value = math.sqrt(low * high) if low > 0.0 and high / low >= DECADE else 0.5 * (low + high)
         if not low <= value <= high:
             raise ValueError(f"{key} begins at {value:g}, outside of its range from {low:g} to {high:g}")
         if value == 0.0 and not equals:
@@ -331,27 +336,30 @@ def _found(model: _Model, *, skip: bool) -> Fit:
     """The fit, on the coarse grid first."""
     vector = np.array([one.coordinate(one.start) for one in model.free])
     coarse = _coarser(model.case)
-    model, warnings = _with_steady_points(replace(model, settings=coarse, _known={}), vector, skip=skip)
+    model, warnings = _with_steady_points(replace(model, settings=coarse or _asked(model), _known={}), vector, skip=skip)
     values = len(model.measured) * len(model.measured.values)
     if values < len(model.free):
         raise ValueError(f"{model.measured.source}: {values} measured values do not determine {len(model.free)} keys")
     ends = np.array([[one.coordinate(one.low), one.coordinate(one.high)] for one in model.free]).T
-    reason, rough = "", model
+    reason, slopes = "", model.jacobian
     for stage in ("coarse", "fine") if coarse else ("fine",):
         if stage == "fine":
             model, more = _with_steady_points(replace(model, settings=_asked(model), _known={}), vector, skip=skip)
-            warnings, rough = [*warnings, *more], replace(rough, measured=model.measured, _known={}) if coarse else model
+            warnings = [*warnings, *more]
         try:
-            # SciPy wants the start inside of the range. Slopes of the coarse grid lead to the same values.
+            if stage == "fine" and coarse:
+                # Values change so little on the fine grid that the slopes of the coarse one, where it ended, lead there.
+                slopes = model.jacobian if more else partial(np.copy, slopes(vector))
+            # SciPy wants the start inside of the range.
             inside = np.clip(vector, ends[0] + AT_BOUND / 10, ends[1] - AT_BOUND / 10)
-            found = least_squares(model.residuals, inside, rough.jacobian, ends, xtol=CLOSE[stage], ftol=CLOSE[stage] ** 2,
+            found = least_squares(model.residuals, inside, slopes, ends, xtol=CLOSE[stage], ftol=CLOSE[stage] ** 2,
                                   gtol=1e-12, max_nfev=MOST_STEPS)
         except (ArithmeticError, ValueError) as cause:
             reason = str(cause)
             break
         vector = found.x
         reason = "" if found.status > 0 else f"the values still change after {MOST_STEPS} steps"
-    return _result(model, rough, vector, ends, reason, warnings)
+    return _result(model, slopes, vector, ends, reason, warnings)
 
 
 def _coarser(case: Case) -> tuple[Override, ...]:
@@ -389,8 +397,10 @@ def _with_steady_points(model: _Model, vector: Array, *, skip: bool) -> tuple[_M
             [f"points without a steady state are left out ({len(failed)}): {text}{'; …' if len(failed) > 3 else ''}"])
 
 
-def _result(model: _Model, rough: _Model, vector: Array, ends: Array, reason: str, warnings: Sequence[str]) -> Fit:
-    """The outcome at `vector`, with the slopes of the `rough` model."""
+def _result(
+    model: _Model, slopes: Callable[[Array], Array], vector: Array, ends: Array, reason: str, warnings: Sequence[str]
+) -> Fit:
+    """The outcome at `vector`, with the derivatives of the residuals there."""
     measured, free = model.measured, model.free
     computed, errors, _ = model.one(vector)
     residuals = model.residuals(vector)
@@ -399,7 +409,7 @@ def _result(model: _Model, rough: _Model, vector: Array, ends: Array, reason: st
     notes = list(warnings)
     if not reason:
         try:
-            jacobian = rough.jacobian(vector)
+            jacobian = slopes(vector)
             student_t = float(stdtrit(freedom, 0.5 + 0.5 * BAND_PROBABILITY)) if freedom else math.nan
             unknown_errors = [name for name, row in zip(measured.values, errors, strict=True) if np.isnan(row).any()]
             if unknown_errors:
@@ -428,7 +438,7 @@ def _result(model: _Model, rough: _Model, vector: Array, ends: Array, reason: st
         correlation={a.key: {b.key: float(correlation[i, j]) for j, b in enumerate(free)} for i, a in enumerate(free)},
         rms={name: float(np.sqrt(np.mean(row**2))) for name, row in zip(measured.values, difference, strict=True)},
         computed=dict(zip(measured.values, computed, strict=True)), curve=curve, degrees_of_freedom=freedom, reason=reason,
-        warnings=tuple(notes), solved=model.solved + (0 if rough is model else rough.solved))
+        warnings=tuple(notes), solved=model.solved)
 
 
 def _of_either_sign(model: _Model, vector: Array, most: float) -> list[str]:
