@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
     from thermoroll_cli.files.case import Case
     from thermoroll_cli.files.case_errors import CaseError
-    from thermoroll_cli.files.result.hdf5 import read_result
+    from thermoroll_cli.files.result.outcome import read_result
     from thermoroll_cli.problem.problem import Problem
     from thermoroll_cli.problem.result import Result
     from thermoroll_cli.python_api import Solver, conicity, solve
@@ -41,13 +41,13 @@ _PLACES = {
     "Solver": "thermoroll_cli.python_api",
     "conicity": "thermoroll_cli.python_api",
     "fit": "thermoroll_cli.sweeps.fit",
-    "read_result": "thermoroll_cli.files.result.hdf5",
+    "read_result": "thermoroll_cli.files.result.outcome",
     "solve": "thermoroll_cli.python_api",
     "sweep": "thermoroll_cli.sweeps.sweep",
     "wear": "thermoroll_cli.worn.follow",
     # Not offered, but called by methods of a result.
     "figure": "thermoroll_cli.plots.pictures",
-    "write_result": "thermoroll_cli.files.result.hdf5",
+    "write_result": "thermoroll_cli.files.result.outcome",
 }
 
 

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from tests.support.errors import relative
 from tests.support.problems import spin_ellipse
 from thermoroll_cli import Case
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem
@@ -73,8 +74,8 @@ def errors(scalars: Any, fine: dict[str, float], limit: float) -> dict[str, floa
 def estimated(result: Result) -> dict[str, float]:
     """Estimates in the same form as `errors`."""
     limit, scalars = result.problem.traction_limit, result.coupled.scalars
-    forces = [result.error[k] * max(abs(scalars[k]), limit) / limit for k in FORCES]
-    return {"forces": math.hypot(*forces), **{k: result.error[k] for k in COUPLED_SCALARS if k not in FORCES}}
+    forces = [relative(result)[k] * max(abs(scalars[k]), limit) / limit for k in FORCES]
+    return {"forces": math.hypot(*forces), **{k: relative(result)[k] for k in COUPLED_SCALARS if k not in FORCES}}
 
 
 def seconds(work: Callable[[], object]) -> float:

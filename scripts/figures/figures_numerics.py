@@ -24,6 +24,7 @@ from scripts.figures.figures_drawing import (
     table,
     write,
 )
+from tests.support.errors import relative
 from thermoroll_cli import Case
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact, line_contact
@@ -109,7 +110,7 @@ def rolled(problem: Problem, rolling: RollingOptions | None = None) -> Rolled:
     summed = [float(result.coupled.fields[f"shear_{axis}"].sum()) * area / limit for axis in "xy"]
     return Rolled((summed[0], summed[1]), (s["force_x_N"] / limit, s["force_y_N"] / limit),
                   s["Q_F_W"] / limit / problem.motion.speed, s["power_balance_error"], s["gamma_st"],
-                  result.error["force_x_N"] * max(abs(s["force_x_N"]) / limit, 1.0),
+                  relative(result)["force_x_N"] * max(abs(s["force_x_N"]) / limit, 1.0),
                   result.work["levels"][-1]["applications"], seconds)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_cases import BELOW_LIMIT
+from tests.support.errors import relative
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.names import SCALARS
@@ -120,7 +121,7 @@ def narrow(result: Result) -> Iterator[str]:
     loaded = (pressure > 0.0).any(axis=0)
     around = np.convolve(loaded, np.ones(few), "valid") == few  # three columns in a row
     wide = np.convolve(around, np.ones(few)) > 0.0
-    if not wide[pressure.max(axis=0).argmax()] and not math.isnan(result.error["pressure_max_MPa"]):
+    if not wide[pressure.max(axis=0).argmax()] and not math.isnan(relative(result)["pressure_max_MPa"]):
         yield "a largest pressure of one or two elements has an estimate"
 
 
@@ -145,7 +146,7 @@ def differences(result: Result, alone: Result, names: Iterable[str] = tuple(SCAL
         return
     warm, cold = result.summary(), alone.summary()
     for name in names:
-        scale, estimate = error_scale(name, cold), alone.error[name] + result.error[name]
+        scale, estimate = error_scale(name, cold), relative(alone)[name] + relative(result)[name]
         if not (scale > 0.0 and math.isfinite(estimate)):
             continue
         size = abs(warm[name] - cold[name]) / scale

@@ -14,6 +14,7 @@ import numpy as np
 
 from scripts.stress.checks import solved
 from scripts.stress.outcome import Outcome, Pair
+from tests.support.errors import relative
 from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, of_kind
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import error_scale
@@ -91,7 +92,7 @@ def pairs_of(
         if problem.wear is not None or wider > 1:
             names = tuple(name for name in (*names, *SCALARS) if name in STRENGTH_SCALARS or name.startswith("wear_"))
         for name in names:
-            scale, estimate = error_scale(name, summary), summary["error"].get(name, math.nan)
+            scale, estimate = error_scale(name, summary), relative(summary).get(name, math.nan)
             # The fine grid may lack a maximum below the surface that the coarse one has: that error is not known.
             if name not in DERIVED and math.isfinite(estimate) and scale > 0.0 and math.isfinite(truth[name]):
                 yield Pair(_side(grid), name, estimate, abs(summary[name] - truth[name]) / scale)

@@ -15,7 +15,7 @@ import pytest
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, on_terminal, thermoroll
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.commands import COMMANDS
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 
 
 def test_help_version_and_bare_command() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 
 HOPELESS = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 2e3").replace("grid = 16", "grid = 8")
@@ -54,7 +54,7 @@ def test_json_is_one_line_and_nothing_else(case: Path, tmp_path: Path) -> None:
     }
     assert result["peclet_lower"] is None
     assert result["status"] == "converged"
-    assert {"reason", "isothermal", "error", "work", "warnings"} <= set(result)
+    assert {"reason", "isothermal", "uncertainty", "work", "warnings"} <= set(result)
     assert result["name"] == "two spheres"
     assert result["files"] == ["o/two spheres.h5"]
     assert [path.name for path in (tmp_path / "o").iterdir()] == ["two spheres.h5"]

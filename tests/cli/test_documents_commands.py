@@ -196,4 +196,4 @@ def test_tables_of_a_case(place: Path) -> None:
     assert len(Case.parse(f"{uncoated}\n{layers}").problem.upper.layers) == 1
     other = re.sub(r"(?ms)^\[material\.upper\]\n.*?(?=^\[)", "", uncoated)
     assert len(Case.parse(f"{other}\n{relaxing}").problem.upper.relaxation) == 3
-    assert call("export", "--help").stdout.count("--history") and "--history Y,Z" in page("write_a_case")
+    assert call("export", "--help").stdout.count("--stress-path") and "--stress-path Y,Z" in page("write_a_case")

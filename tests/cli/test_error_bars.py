@@ -11,10 +11,11 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import THERMAL, Called, call
+from tests.support.errors import relative
 from thermoroll_cli.cli.tables import scalar_table
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, PROBLEM_SCALARS, SCALARS
-from thermoroll_cli.problem.scalar_errors import MISMATCHES, error_scale, rounded, with_error
+from thermoroll_cli.problem.scalar_errors import MISMATCHES, rounded, with_error
 
 CASE = (
     THERMAL.replace("grid = 16", "grid = 20").replace("longitudinal = 0.003", "lateral = 0.001\nspin_rad_mm = 0.002")
@@ -54,25 +55,24 @@ def test_table_json_and_hdf5_tell_the_same_error_of_every_scalar(outputs: tuple[
     assert len(rows) >= 30
     with_bars = 0
     for name, (value, shown) in rows.items():
-        error = record["error"].get(name)
+        error = record["uncertainty"].get(name)
         assert stored[name] == record[name]
         if name in SCALARS:
-            assert stored["error"][name] == error or (error is None and math.isnan(stored["error"][name]))
+            assert stored["uncertainty"][name] == error or (error is None and math.isnan(stored["uncertainty"][name]))
         if error is None or error == 0.0:
             assert math.isnan(shown)
             assert value == pytest.approx(record[name], rel=0.05 if name in MISMATCHES else 1e-4)
             continue
         with_bars += 1
         # One digit is printed, two if it starts with 1.
-        in_units = error * error_scale(name, record)
-        assert shown == pytest.approx(in_units, rel=0.35)
+        assert shown == pytest.approx(error, rel=0.35)
         assert abs(value - record[name]) <= 0.51 * max(shown, 1e-5 * abs(record[name]))
     assert with_bars >= 15
 
 
 def test_scales_that_are_not_the_value(outputs: tuple[Called, dict[str, Any], Path]) -> None:
     table, record, _ = outputs
-    rows, error = printed(table), record["error"]
+    rows, error = printed(table), relative(record)
     limit, arm = 0.3 * 65.0, math.sqrt(record["hertz_a_mm"] * record["hertz_b_mm"])
     rises = [record[f"temperature_rise_max_{body}_K"] for body in ("lower", "upper")]
     assert rows["gamma_st"][1] == pytest.approx(error["gamma_st"], rel=0.35)
@@ -86,9 +86,9 @@ def test_scales_that_are_not_the_value(outputs: tuple[Called, dict[str, Any], Pa
 def test_what_is_given_has_no_error(outputs: tuple[Called, dict[str, Any], Path]) -> None:
     table, record, _ = outputs
     for name in GIVEN:
-        assert record["error"].get(name) is None
+        assert record["uncertainty"].get(name) is None
         assert math.isnan(printed(table)[name][1])
-    assert record["error"]["creepage_longitudinal"] > 0.0 and record["error"]["force_y_N"] > 0.0
+    assert record["uncertainty"]["creepage_longitudinal"] > 0.0 and record["uncertainty"]["force_y_N"] > 0.0
 
 
 def test_one_grid_alone_says_that_it_has_no_estimates(outputs: tuple[Called, dict[str, Any], Path]) -> None:
@@ -111,7 +111,7 @@ def test_table_fits_eighty_columns(outputs: tuple[Called, dict[str, Any], Path],
 
 def test_a_meaning_without_room_is_shortened() -> None:
     summary = {"orthogonal_shear_range_max_upper_MPa": 422.0, "layer_tension_max_upper_MPa": 230.0,
-               "power_balance_error": 1.5997e-4, "error": {}}  # fmt: skip
+               "power_balance_error": 1.5997e-4, "uncertainty": {}}  # fmt: skip
     lines = scalar_table(summary, list(ALL_SCALARS), both=False, width=76)
     assert max(map(len, lines)) <= 76
     assert [" ".join(line.split()[1:]) for line in lines] == [

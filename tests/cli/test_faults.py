@@ -18,7 +18,7 @@ from unittest import mock
 import pytest
 
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, Called, call, environment, thermoroll
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 
 QUICK = ("run", "case.toml", "--no-plots", "-q")
 ROOT = Path(__file__).parents[2]
@@ -269,7 +269,7 @@ def test_odd_names_everywhere(tmp_path: Path) -> None:
     assert call("plot", result, "--fields", "pressure").returncode == 0
     assert call("compare", result, result).returncode == 0
     assert call("export", result, "--format", "xdmf").returncode == 0
-    assert [path.suffix for path in sorted(out.iterdir())] == [".h5", ".xdmf", ".png"]
+    assert [path.suffix for path in sorted(out.iterdir())] == [".h5", ".xdmf", ".hdf5", ".png"]
 
 
 def test_names_that_are_not_unicode(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, call
-from thermoroll_cli.files.result.hdf5 import write_result
+from thermoroll_cli.files.result.outcome import write_result
 
 USAGE, INVALID, INPUT_OUTPUT = 2, 3, 5
 SWEEP = "sweep a.toml -o out"

@@ -15,7 +15,7 @@ from tests.support import synthetic
 from tests.support.browser import opened
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.cli import report
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.result import Result
 
 HOSTILE = "<script>alert('a & b')</script> {{ 7 * 7 }}"

@@ -34,7 +34,7 @@ from thermoroll_cli.creep_table.scaling import (
 )
 from thermoroll_cli.creep_table.table_file import RESOLUTION, Axes, read_table, write_table
 from thermoroll_cli.exact.kalker import creepage_coefficients
-from thermoroll_cli.files.result.hdf5 import ResultFileError
+from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.problem.friction import Friction, FrictionLaw
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem

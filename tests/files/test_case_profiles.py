@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli.files.case import Case, CaseError
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.plots.profile_figures import profile_figure
 from thermoroll_cli.plots.run_frame import frame_of
 from thermoroll_cli.problem.geometry import Profile, rough_warning

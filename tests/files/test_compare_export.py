@@ -16,7 +16,8 @@ import pytest
 from tests.support import synthetic
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
 from thermoroll_cli.files.result.export import export_csv, export_xdmf
-from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
+from thermoroll_cli.files.result.labelled import ResultFileError
+from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, Subsurface
 

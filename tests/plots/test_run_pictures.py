@@ -20,7 +20,7 @@ from tests.support import synthetic
 from tests.support.command_line import PATIENCE, THERMAL
 from tests.support.scenes import solved, wheel_on_rail
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.result.hdf5 import read_result, write_result
+from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.pictures import KINDS, draw, figure
 from thermoroll_cli.plots.run_frame import WITH, WITHOUT, borders_of, frame_of, limits_of, unit_for

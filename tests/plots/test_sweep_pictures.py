@@ -80,7 +80,7 @@ def test_four_diagrams_stand_two_by_two() -> None:
 
 
 def test_a_share_has_no_band_outside_zero_and_one() -> None:
-    columns = table(gamma_st=[0.02] * 4 + [0.99] * 4, **{"error.gamma_st": [0.2] * 8})
+    columns = table(gamma_st=[0.02] * 4 + [0.99] * 4, **{"uncertainty.gamma_st": [0.2] * 8})
     axes = diagram(drawn(columns, OVER), "stick")
     bands = np.vstack([path.vertices for band in axes.collections for path in band.get_paths()])[:, 1]
     assert (bands.min(), bands.max()) == (0.0, 1.0)
@@ -160,9 +160,9 @@ def test_peaks_without_a_limit_are_marked() -> None:
 
 
 def test_errors_are_bands() -> None:
-    columns = table(gamma_st=[0.5] * 8, **{"error.gamma_st": [0.01] * 8, "error.Q_F_W": [0.02] * 8})
+    columns = table(gamma_st=[0.5] * 8, **{"uncertainty.gamma_st": [0.01] * 8, "uncertainty.Q_F_W": [0.01] * 8})
     figure = drawn(columns, OVER)
-    for words, low, high in (("gamma_\\mathrm{st}", 0.49, 0.51), ("frictional heat", 0.98 * columns["Q_F_W"][0], None)):
+    for words, low, high in (("gamma_\\mathrm{st}", 0.49, 0.51), ("frictional heat", columns["Q_F_W"][0] - 0.01, None)):
         band = diagram(figure, words).collections[0].get_paths()[0].vertices
         assert band[:, 1].min() == pytest.approx(low)
         assert high is None or band[:, 1].max() == pytest.approx(high)
@@ -170,7 +170,7 @@ def test_errors_are_bands() -> None:
 
 def test_an_axis_does_not_zoom_into_the_error_of_its_numbers() -> None:
     wobbling = [0.5 + 1e-3 * (-1) ** row for row in range(8)]
-    figure = drawn(table(gamma_st=wobbling, **{"error.gamma_st": [0.01] * 8}), OVER)
+    figure = drawn(table(gamma_st=wobbling, **{"uncertainty.gamma_st": [0.01] * 8}), OVER)
     low, high = diagram(figure, "gamma_\\mathrm{st}").get_ylim()
     assert high - low >= 6.0 * 0.01
 

@@ -49,7 +49,7 @@ def test_the_example_goes_the_whole_way(place: Path) -> None:
     solved, shown = map(json.loads, done.stdout.splitlines())
     # Declared as an integral, it is extrapolated from three grids as the heat is, and has its error.
     assert solved["debris_rate_mm3_s"] == pytest.approx(1e-4 * solved["Q_F_W"], rel=1e-9)
-    assert solved["error"]["debris_rate_mm3_s"] == pytest.approx(solved["error"]["Q_F_W"])
+    assert solved["uncertainty"]["debris_rate_mm3_s"] == pytest.approx(1e-4 * solved["uncertainty"]["Q_F_W"])
     assert solved["debris_rate_mm3_s"] != solved["isothermal"]["debris_rate_mm3_s"]
     assert (place / "results" / "article_4_1_debris_rate.png").stat().st_size > 10_000
     assert "debris" in shown["run"]

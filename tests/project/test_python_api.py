@@ -94,7 +94,8 @@ def test_a_result_of_a_problem_has_no_case(tmp_path: Path) -> None:
 
 def test_labelled_arrays_are_those_of_the_file(hot: Result, tmp_path: Path) -> None:
     path = hot.save(tmp_path / "hot.h5")
-    for state, group in (("coupled", "fields"), ("isothermal", "isothermal")):
+    cold = "fields" if hot.isothermal is hot.coupled else "isothermal/fields"
+    for state, group in (("coupled", "fields"), ("isothermal", cold)):
         found = hot.to_xarray(state)
         with xarray.open_dataset(path, group=group, engine="h5netcdf") as expected:
             assert set(found) == set(expected)
@@ -122,9 +123,9 @@ def test_scalars_are_those_that_apply(hot: Result) -> None:
     with pytest.raises(KeyError, match=r"no scalar 'heat_into_lower_W'; there are .*Q_F_W"):
         cold["heat_into_lower_W"]
     limit = cold["friction_limit_N"]
-    assert cold.uncertainty["force_x_N"] == cold.error["force_x_N"] * limit and limit == pytest.approx(19.5)
-    assert cold.uncertainty["Q_F_W"] == cold.error["Q_F_W"] * cold["Q_F_W"] > 0.0
-    assert math.isnan(cold.uncertainty["creepage_longitudinal"]) and cold.uncertainty.keys() == cold.scalars.keys()
+    assert 0.0 < cold.uncertainty["force_x_N"] < 0.05 * limit and limit == pytest.approx(19.5)
+    assert 0.0 < cold.uncertainty["Q_F_W"] < 0.05 * cold["Q_F_W"]
+    assert math.isnan(cold.uncertainty["creepage_longitudinal"]) and cold.scalars.keys() <= cold.uncertainty.keys()
     assert cold.fields is cold.coupled.fields and cold["force_x_N"] == cold.coupled.scalars["force_x_N"]
 
 

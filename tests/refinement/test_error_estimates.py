@@ -12,6 +12,7 @@ import pytest
 from scripts.stress.coverage import DERIVED
 from scripts.stress.random_cases import stress_case
 from tests.support.command_line import call
+from tests.support.errors import relative
 from tests.support.profiles import below, points
 from tests.support.scenes import MECHANICAL, STEEL, accurate_to, reference_problem, rolling
 from thermoroll_cli.files.case import Case
@@ -19,7 +20,6 @@ from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import absolute_error
 from thermoroll_cli.refinement.error_estimates import estimate, missed_accuracy
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -32,7 +32,7 @@ def on(problem: Problem, grid: int) -> Result:
 def printed(result: Result, name: str) -> tuple[float, float]:
     """Value and estimated error in its unit."""
     summary = result.summary()
-    return summary[name], absolute_error(name, summary)
+    return summary[name], summary["uncertainty"][name]
 
 
 @pytest.mark.parametrize("order", [0.5, 1.0, 2.0])
@@ -55,7 +55,7 @@ def test_conduction_without_friction_is_known_closely() -> None:
     assert result.converged and max(result.work["grid"]) <= 64
     value, error = printed(result, "temperature_rise_max_upper_K")
     assert abs(value - 50.0) <= error < 0.05
-    assert result.error["gamma_st"] == result.error["stick_area_mm2"] == 0.0
+    assert relative(result)["gamma_st"] == relative(result)["stick_area_mm2"] == 0.0
     flow, _ = printed(result, "heat_into_upper_W")
     assert printed(result, "heat_conducted_W")[0] == pytest.approx(flow, rel=1e-9) and flow > 0.0
     assert math.isnan(result.coupled.scalars["partition_mean"])
@@ -73,7 +73,7 @@ def test_grids_that_resolve_one_direction_only(shape: tuple[int, int]) -> None:
     problem = rolling(creepage=(0.03, 0.0), heating=Heating(peclet="stationary"), speed=20.0)
     slender, true = solve(replace(problem, numerics=Numerics(shape))), on(problem, 64)
     if min(shape) < 16:
-        assert all(math.isnan(error) for name, error in slender.error.items() if name != "force_y_N" and error != 0.0)
+        assert all(math.isnan(error) for name, error in relative(slender).items() if name != "force_y_N" and error != 0.0)
         return
     for name in ("temperature_rise_max_lower_K", "heat_flux_max_W_mm2", "gamma_p", "approach_um", "Q_F_W", "gamma_c"):
         value, error = printed(slender, name)
@@ -84,7 +84,7 @@ def test_a_contact_that_slides_everywhere_needs_no_finer_grid_to_know_that_nothi
     result = on(rolling(creepage=(0.02, 0.0), spin=50.0), 32)
     assert result.coupled.scalars["gamma_st"] == 0.0
     asked = accurate_to(1e-3, result.problem)
-    assert "gamma_st" not in missed_accuracy({**result.error, "gamma_st": 0.1}, result.summary(), asked)
+    assert "gamma_st" not in missed_accuracy({**relative(result), "gamma_st": 0.1}, result.summary(), asked)
 
 
 def test_a_strip_that_sticks_over_an_interlayer_asks_for_no_finer_grid() -> None:
@@ -93,7 +93,7 @@ def test_a_strip_that_sticks_over_an_interlayer_asks_for_no_finer_grid() -> None
     result = solve(case.with_values({"creepage.longitudinal": 0.1, "numerics.grid": None, "numerics.accuracy": 1e-3}).problem)
     assert result.converged, result.reason
     assert result.coupled.scalars["force_x_N"] == pytest.approx(26590.9, rel=5e-4)
-    assert result.coupled.scalars["gamma_st"] + result.error["gamma_st"] > 2e-3
+    assert result.coupled.scalars["gamma_st"] + relative(result)["gamma_st"] > 2e-3
 
 
 @pytest.mark.parametrize("creepage", [0.008, 0.012])
@@ -134,8 +134,8 @@ def test_unlike_bodies_that_slide_with_little_spin(spin: float) -> None:
     upper = replace(STEEL, youngs_modulus=70e9)
     problem = replace(rolling(creepage=(0.02, 0.0), spin=spin, heating=MECHANICAL), upper=upper)
     result = on(problem, 64)
-    assert result.error["gamma_p"] < 5e-4 and result.error["gamma_st"] < 1e-4
-    assert abs(result.coupled.scalars["gamma_p"] - on(problem, 160).coupled.scalars["gamma_p"]) < result.error["gamma_p"]
+    assert relative(result)["gamma_p"] < 5e-4 and relative(result)["gamma_st"] < 1e-4
+    assert abs(result.coupled.scalars["gamma_p"] - on(problem, 160).coupled.scalars["gamma_p"]) < relative(result)["gamma_p"]
     assert solve(replace(problem, numerics=Numerics(accuracy=1e-3))).converged
 
 
@@ -155,11 +155,11 @@ def test_everything_is_proportional_to_a_vanishing_creepage(heating: Heating) ->
 def test_symmetry_leaves_no_error(grid: tuple[int, int]) -> None:
     """On odd grids, too, whose halves are not mirrored: what is left of a tolerance is no force."""
     result = solve(replace(rolling(creepage=(2e-3, 0.0), heating=MECHANICAL), numerics=Numerics(grid)))
-    assert result.error["force_y_N"] == result.error["spin_moment_Nmm"] == 0.0
+    assert relative(result)["force_y_N"] == relative(result)["spin_moment_Nmm"] == 0.0
     assert result.coupled.scalars["force_y_N"] == result.coupled.scalars["spin_moment_Nmm"] == 0.0
-    assert result.error["force_x_N"] > 0.0
+    assert relative(result)["force_x_N"] > 0.0
     lateral = solve(replace(rolling(creepage=(0.0, 2e-3), heating=MECHANICAL), numerics=Numerics(grid)))
-    assert lateral.error["force_x_N"] == lateral.coupled.scalars["force_x_N"] == 0.0 and lateral.error["force_y_N"] > 0.0
+    assert lateral.uncertainty["force_x_N"] == lateral.coupled.scalars["force_x_N"] == 0.0 < lateral.uncertainty["force_y_N"]
 
 
 def test_left_out_deformation_is_part_of_the_error() -> None:
@@ -172,13 +172,13 @@ def test_left_out_deformation_is_part_of_the_error() -> None:
     for name in ("gamma_p", "gamma_c", "pressure_max_MPa", "Q_F_W", "force_x_N"):
         value, error = printed(without, name)
         assert abs(value - always.coupled.scalars[name]) <= error, name
-    assert 1e-4 < without.error["gamma_p"] < 2e-3
+    assert 1e-4 < relative(without)["gamma_p"] < 2e-3
 
 
 def test_an_accuracy_leaves_room_for_what_is_left_out() -> None:
     result = solve(replace(rolling(creepage=(0.003, 0.0), heating=Heating()), numerics=Numerics(accuracy=1e-3)))
     assert result.converged
-    assert "deformation" not in result.work["skipped"] or result.error["gamma_p"] < 0.5e-3
+    assert "deformation" not in result.work["skipped"] or relative(result)["gamma_p"] < 0.5e-3
 
 
 def test_stress_at_the_surface_with_spin() -> None:
@@ -202,7 +202,7 @@ def test_random_cases_as_the_command_prints_them(tmp_path: Path) -> None:
                                         cwd=tmp_path).stdout) for grid in (24, 72))
         assert coarse["status"] == fine["status"] == "converged", seed
         for name in SCALARS:
-            error = absolute_error(name, coarse)
+            error = coarse["uncertainty"][name]
             if name not in DERIVED and not math.isnan(error):
                 off = abs(coarse[name] - fine[name])
                 shortfalls.append(off / error if off > 0.0 else 0.0)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.errors import relative
 from tests.support.profiles import CROWN, below
 from tests.support.scenes import STEEL, ellipse, rolling, saturation
 from thermoroll_cli.numerics.grid import between_sides, peak_value
@@ -16,7 +17,7 @@ from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import TEMPERATURES, absolute_error, error_scale
+from thermoroll_cli.problem.scalar_errors import TEMPERATURES, error_scale
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
@@ -42,13 +43,13 @@ def test_every_error_turns_into_the_unit_of_its_scalar(hot: Result) -> None:
     given = {"creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm", "partition_mean", "power_balance_error",
              "heat_conducted_W", "normal_N",
              *(f"{what}_{body}_K" for what in ("bulk_temperature", "entry_temperature_max") for body in ("lower", "upper"))}
-    assert set(s["error"]) == set(SCALARS)
+    assert set(SCALARS) < set(s["uncertainty"])
     for name in (n for n in SCALARS if n in given or not math.isnan(s[n])):
         if name in given:
-            assert math.isnan(s["error"][name]) and math.isnan(absolute_error(name, s)), name
+            assert math.isnan(s["uncertainty"][name]), name
         else:
-            assert absolute_error(name, s) == pytest.approx(s["error"][name] * special.get(name, abs(s[name])), rel=1e-12), name
-            assert s["error"][name] > 0.0, name
+            assert error_scale(name, s) == pytest.approx(special.get(name, abs(s[name])), rel=1e-12), name
+            assert s["uncertainty"][name] > 0.0, name
 
 
 def test_temperatures_count_against_the_largest_rise_where_bulk_temperatures_are_equal(hot: Result) -> None:
@@ -59,15 +60,15 @@ def test_temperatures_count_against_the_largest_rise_where_bulk_temperatures_are
 
 def test_a_prescribed_force_has_no_error_and_the_creepage_found_has_one() -> None:
     result = solve(rolling(grid=32, creepage=(None, 0.0), force=(8.0, None), body=replace(STEEL, poisson_ratio=0.3)))
-    assert math.isnan(result.error["force_x_N"]) and math.isnan(result.error["creepage_lateral"])
-    assert 0.0 < result.error["creepage_longitudinal"] < 0.1
+    assert math.isnan(relative(result)["force_x_N"]) and math.isnan(relative(result)["creepage_lateral"])
+    assert 0.0 < relative(result)["creepage_longitudinal"] < 0.1
     assert error_scale("creepage_longitudinal", result.summary()) == result.coupled.scalars["creepage_longitudinal"]
 
 
 def test_results_of_other_programs_lack_a_scale() -> None:
     """JSON writes nan as null, older files have no friction limit."""
-    assert math.isnan(absolute_error("force_x_N", {"error": {"force_x_N": 1e-3}}))
-    assert math.isnan(absolute_error("Q_F_W", {"Q_F_W": None, "error": {"Q_F_W": 1e-3}}))
+    assert math.isnan(error_scale("force_x_N", {"force_x_N": 1e-3}))
+    assert math.isnan(error_scale("Q_F_W", {"Q_F_W": None}))
 
 
 @pytest.mark.parametrize(("grid", "allowed"), [(64, 1e-4), (128, 2e-5)])
@@ -143,7 +144,7 @@ def test_the_ends_of_a_roller_are_not_where_it_is_hottest(grid: int) -> None:
     flux = result.coupled.fields["heat_flux"] * 1e-6
     middle = float(flux[:, grid // 4 : -grid // 4].max())
     assert flux.max() > 1.05 * middle, "nothing stands out: another roller is needed"
-    reported, error = result.coupled.scalars["heat_flux_max_W_mm2"], result.error["heat_flux_max_W_mm2"]
+    reported, error = result.coupled.scalars["heat_flux_max_W_mm2"], relative(result)["heat_flux_max_W_mm2"]
     assert reported == pytest.approx(middle, rel=0.02)
     assert reported == pytest.approx(0.09997, rel=error)  # on 256 × 256 elements
 
@@ -160,7 +161,7 @@ def test_mean_and_centre_of_a_hertzian_source_at_rest() -> None:
         assert scalars[f"temperature_rise_mean_{body}_K"] / unit == pytest.approx(3.0 * math.pi / 16.0, rel=2e-3)
     assert scalars["pressure_centre_MPa"] == pytest.approx(hertz["hertz_p0_MPa"], rel=5e-4)
     for name in ("temperature_rise_mean_lower_K", "temperature_rise_centre_lower_K", "pressure_centre_MPa"):
-        assert 0.0 < result.error[name] < 5e-3
+        assert 0.0 < relative(result)[name] < 5e-3
 
 
 def test_two_patches_have_no_centre() -> None:

@@ -484,8 +484,8 @@ def test_heat_and_shear_share_one_fixed_point():
     assert s["gamma_p"] > result.isothermal.scalars["gamma_p"] > 1.0
     assert s["temperature_rise_max_lower_K"] == pytest.approx(t["temperature_rise_max_upper_K"], rel=1e-6)
     assert s["force_x_N"] == pytest.approx(-t["force_x_N"], rel=1e-6)
-    assert result.history["coupling_residual"][-1] <= Tolerances().coupling
-    assert result.history["elastic_coupling_residual"].size
+    assert result.residuals["coupling_residual"][-1] <= Tolerances().coupling
+    assert result.residuals["elastic_coupling_residual"].size
 
 
 def test_tangential_expansion_estimate():

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from scripts.references.estimate_references import SCALARS, has_error, problem_of, scale_of
+from tests.support.errors import relative
 from tests.support.scenes import reference
 from thermoroll_cli.refinement.solve import solve
 
@@ -52,7 +53,7 @@ def pairs() -> tuple[Pair, ...]:
                 if not has_error(name, given, fine):
                     continue
                 true = abs(result.coupled.scalars[name] - fine) / scale_of(name, fine, limit)
-                out.append(Pair(number, grid, name, result.error[name], true))
+                out.append(Pair(number, grid, name, relative(result)[name], true))
     return tuple(out)
 
 
@@ -111,10 +112,10 @@ def test_the_area_of_hertz_is_known_to_be_exact() -> None:
     """Only a border that was located between elements scatters."""
     given = next(case["input"] for case in cases() if case["input"]["peclet"] is None)
     result = solve(problem_of(given, 64))
-    assert result.error["gamma_c"] <= 2.5e-5 and result.error["contact_area_mm2"] <= 2.5e-5
+    assert relative(result)["gamma_c"] <= 2.5e-5 and relative(result)["contact_area_mm2"] <= 2.5e-5
 
 
 def test_one_grid_alone_gives_no_estimate() -> None:
     # Two elements more than the coarsest grid: there is nothing to compare with.
     result = solve(problem_of(cases()[0]["input"], 10))
-    assert np.isnan(result.error["Q_F_W"])
+    assert np.isnan(relative(result)["Q_F_W"])

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from scripts.stress.populations import POPULATIONS
+from tests.support.errors import relative
 from tests.support.profiles import CROWN, GEOMETRIES, below
 from tests.support.scenes import article_4_1, elastic, rolling
 from thermoroll_cli import Case, CaseError
@@ -63,15 +64,15 @@ def test_the_load_of_an_approach_is_the_one_that_caused_it(name):
     assert forward.converged and back.converged, back.reason
     assert counted.transforms - before <= 1.6 * work
     missed = abs(back.coupled.scalars["normal_N"] / problem.normal_force - 1.0)
-    error = 0.0 if math.isnan(forward.error["approach_um"]) else forward.error["approach_um"]
-    assert missed <= back.error["normal_N"] + 1.5 * error + 1e-9
-    assert back.error["normal_N"] < 0.3
+    error = 0.0 if math.isnan(relative(forward)["approach_um"]) else relative(forward)["approach_um"]
+    assert missed <= relative(back)["normal_N"] + 1.5 * error + 1e-9
+    assert relative(back)["normal_N"] < 0.3
     assert back.coupled.scalars["approach_um"] == pytest.approx(1e6 * approach, rel=1e-12)
-    assert math.isnan(back.error["approach_um"]) and math.isnan(forward.error["normal_N"])
+    assert math.isnan(relative(back)["approach_um"]) and math.isnan(relative(forward)["normal_N"])
     assert back.problem.normal_force == back.coupled.scalars["normal_N"]
     assert back.of_problem["friction_limit_N"] == problem.friction.coefficient * back.problem.normal_force
     for force in ("force_x_N", "Q_F_W"):
-        errors = [result.error[force] for result in (back, forward) if not math.isnan(result.error[force])]
+        errors = [relative(result)[force] for result in (back, forward) if not math.isnan(relative(result)[force])]
         allowed = sum(errors) + 2.0 * (missed + 1e-9)
         scale = max(abs(forward.coupled.scalars[force]), 1e-300) if force == "Q_F_W" else forward.of_problem["friction_limit_N"]
         assert abs(back.coupled.scalars[force] - forward.coupled.scalars[force]) <= allowed * scale
@@ -101,7 +102,7 @@ def test_the_error_of_the_load_covers_a_finer_grid():
     given = pressed_to(PROBLEMS["profile"], 2.0e-6)
     coarse, fine = (solve(replace(given, numerics=replace(given.numerics, grid=(n, n)))) for n in (24, 96))
     missed = abs(coarse.coupled.scalars["normal_N"] / fine.coupled.scalars["normal_N"] - 1.0)
-    assert missed <= coarse.error["normal_N"] < 0.05
+    assert missed <= relative(coarse)["normal_N"] < 0.05
 
 
 def test_neighbours_may_be_pressed_by_a_load():

@@ -10,6 +10,7 @@ import pytest
 
 from tests.support.cases import findings, parse
 from tests.support.command_line import THERMAL
+from tests.support.errors import relative
 from tests.support.scenes import STEEL, article_4_1, order, rolling, solved
 from thermoroll_cli.exact.moving_sources import band_temperature, circle_mean_temperature, effusivity
 from thermoroll_cli.heat.frictional_heat import match
@@ -336,7 +337,7 @@ def test_heat_that_two_spheres_at_rest_conduct(grid):
     result = solve(problem)
     assert result.converged, result.reason
     off = result.coupled.scalars["heat_conducted_W"] - exact
-    assert abs(off) < 0.02 * exact and abs(off) < result.error["heat_conducted_W"] * exact
+    assert abs(off) < 0.02 * exact and abs(off) < relative(result)["heat_conducted_W"] * exact
 
 
 def test_an_element_that_the_border_hardly_reaches_hardly_exchanges():

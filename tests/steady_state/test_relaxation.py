@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.support.cases import findings, parse
+from tests.support.errors import relative
 from tests.support.scenes import MECHANICAL, accurate_to, reference, solved
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hunter import hunter
@@ -232,8 +233,8 @@ def test_errors_are_those_of_a_finer_grid() -> None:
     for name in ("hysteresis_W", "rolling_resistance_N", "rolling_resistance_moment_Nmm", "force_x_N"):
         value, exact = coarse.coupled.scalars[name], fine.coupled.scalars[name]
         scale = 150.0 if name == "force_x_N" else value
-        assert abs(value - exact) < 1.3 * coarse.error[name] * scale, name
-        assert coarse.error[name] < 0.05, name
+        assert abs(value - exact) < 1.3 * relative(coarse)[name] * scale, name
+        assert relative(coarse)[name] < 0.05, name
 
 
 @pytest.mark.parametrize(("ratio", "length", "resolved"), [(10.0, 0.3, 192), (30.0, 1.0, 96), (3.0, 0.3, 96)])
@@ -249,10 +250,10 @@ def test_a_maximum_at_the_leading_edge_is_in_the_estimate(ratio: float, length: 
         coarse = solved(replace(problem, numerics=Numerics(grid=(side, side))))
         for name in ("pressure_max_MPa", "contact_area_mm2"):
             value, exact = coarse.coupled.scalars[name], fine[name]
-            assert abs(value - exact) < coarse.error[name] * value, (side, name)
+            assert abs(value - exact) < relative(coarse)[name] * value, (side, name)
         # Over the pressure of the same grid without what acts back, of which there is none.
-        assert coarse.coupled.scalars["gamma_p"] == 1.0 and coarse.error["gamma_p"] < 1e-4
-        assert "pressure_max_MPa" in missed_accuracy(coarse.error, coarse.summary(), accurate_to(1e-3, coarse.problem))
+        assert coarse.coupled.scalars["gamma_p"] == 1.0 and relative(coarse)["gamma_p"] < 1e-4
+        assert "pressure_max_MPa" in missed_accuracy(relative(coarse), coarse.summary(), accurate_to(1e-3, coarse.problem))
         told = [line for line in coarse.warnings if "behind the leading edge" in line]
         assert len(told) == (ratio > 3.0), coarse.warnings
 

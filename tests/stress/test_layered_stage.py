@@ -13,14 +13,14 @@ import pytest
 
 from scripts.stress.random_layers import random_layers
 from tests.support.command_line import call
+from tests.support.errors import relative
 from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.names import BOND_SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result, within_layers
-from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.subsurface_plan import usual_depths, with_interfaces
@@ -111,7 +111,7 @@ def test_scalars_are_those_of_the_fields(coated: Result) -> None:
     for name, largest in (("interface_shear", shear), ("interface_tension", max(tension, 0.0)), ("layer_tension", cracking)):
         found = scalars[f"{name}_max_upper_MPa"]
         assert largest * (1.0 - 1e-6) <= found <= 1.05 * largest + 0.01
-        assert 0.0 < coated.subsurface.error[f"{name}_max_upper_MPa"] < 1.0
+        assert 0.0 < relative(coated)[f"{name}_max_upper_MPa"] < 1.0
     assert scalars["interface_shear_max_upper_MPa"] > 10.0
     assert not [name for name in scalars if name in BOND_SCALARS and "lower" in name]
 
@@ -160,7 +160,7 @@ def test_layers_shake_down_by_their_own_yield() -> None:
         assert math.isnan(scalars[f"{name}_surface_upper_MPa"])
     assert scalars["shakedown_factor_upper"] == pytest.approx(300.0 / scalars["shakedown_k_upper_MPa"])
     assert math.isnan(scalars["fatigue_index_surface_upper"])
-    assert not math.isnan(plain.subsurface.error["shakedown_factor_upper"])
+    assert not math.isnan(relative(plain)["shakedown_factor_upper"])
     assert strong(None, None).subsurface.scalars["shakedown_k_upper_MPa"] == scalars["shakedown_k_upper_MPa"]
     weak, needed = given.subsurface.scalars, kept["shakedown_k"][first].max()
     assert weak["shakedown_factor_upper"] == pytest.approx(1e8 / needed, rel=0.02)
@@ -214,8 +214,8 @@ def test_estimates_cover_what_a_finer_grid_changes(seed: int) -> None:
     """Of random stacks, stresses and places of both bodies together: nine of ten."""
     problem = replace(random_layers(seed), subsurface=SubsurfaceRequest())
     coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))).summary() for n in (16, 32))
-    changes = {name: abs(coarse[name] - fine[name]) / error_scale(name, fine) / (coarse["error"][name] + fine["error"][name])
-               for name in SUBSURFACE_SCALARS if name.endswith("MPa") and coarse["error"].get(name, 0.0) > 0.0}
+    changes = {name: abs(coarse[name] - fine[name]) / (coarse["uncertainty"][name] + fine["uncertainty"][name])
+               for name in SUBSURFACE_SCALARS if name.endswith("MPa") and coarse["uncertainty"].get(name, 0.0) > 0.0}
     assert len(changes) >= 3
     assert sum(ratio <= 1.0 for ratio in changes.values()) >= 0.9 * len(changes)
 
@@ -230,14 +230,14 @@ def test_a_coated_ball_through_files(tmp_path: Path) -> None:
     stored = read_result(tmp_path / "coated_ball.h5")
     for name in ("interface_shear_max_upper_MPa", "interface_tension_max_upper_MPa", "layer_tension_max_upper_MPa"):
         assert record[name] == stored.summary()[name] > 0.0
-        assert 0.0 < record["error"][name] == stored.summary()["error"][name] < 1.0
+        assert 0.0 < record["uncertainty"][name] == stored.uncertainty[name]
     axes = figure(stored, "subsurface_upper").axes
     assert [line.get_ydata()[0] for line in axes[3].get_lines()[-2:]] == pytest.approx([2.0, 2.5])  # µm
     y, below = stored.bodies["upper"].plane_y * 1e3, {}
     for z in (1.999, 2.0, 2.001):
-        at = "--history", f"{y!r},{z * 1e-3!r}", "-o", tmp_path / str(z)
+        at = "--stress-path", f"{y!r},{z * 1e-3!r}", "-o", tmp_path / str(z)
         assert call("export", tmp_path / "coated_ball.h5", "--format", "csv", *at).returncode == 0
-        with open(tmp_path / str(z) / "coated_ball_history.csv") as stream:
+        with open(tmp_path / str(z) / "coated_ball_stress_path.csv") as stream:
             below[z] = np.array([float(row["upper_stress_xx_MPa"]) for row in csv.DictReader(stream)])
     change, jump = (np.abs(below[z] - below[2.0]).max() for z in (1.999, 2.001))
     assert jump > 20.0 * change > 0.0

@@ -12,6 +12,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from tests.support.command_line import MECHANICAL, call
+from tests.support.errors import relative
 from tests.support.scenes import strong_circle
 from thermoroll_cli import read_result
 from thermoroll_cli.files.case import Case
@@ -115,7 +116,7 @@ def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
 @pytest.mark.slow
 def test_strength_compares_with_what_is_needed_and_has_estimates() -> None:
     coarse, fine = solve(strong_circle(0.2, 24)), solve(strong_circle(0.2, 64))
-    scalars, error = coarse.subsurface.scalars, coarse.subsurface.error
+    scalars, error = coarse.subsurface.scalars, relative(coarse)
     assert scalars["shakedown_factor_lower"] == pytest.approx(200.0 / scalars["shakedown_k_lower_MPa"])
     utilised = abs(coarse.coupled.scalars["force_x_N"]) / 65.0
     assert scalars["fatigue_index_surface_lower"] == pytest.approx(utilised - 200.0 / coarse["hertz_p0_MPa"], rel=1e-9)
@@ -133,7 +134,7 @@ def test_histories_go_on_outside_the_domain(name: str, coefficient: float, truth
     request = SubsurfaceRequest(("lower",), lower_strength=Strength(5e8, coefficient))
     result = solve(replace(problem, friction=Friction(0.0), heating=Heating(heat=False), numerics=Numerics((32, 32)),
                            subsurface=request))
-    found, error = (each["dang_van_max_below_lower_MPa"] for each in (result.subsurface.scalars, result.subsurface.error))
+    found, error = (each["dang_van_max_below_lower_MPa"] for each in (result.subsurface.scalars, relative(result)))
     assert found == pytest.approx(truth, rel=0.02)
     assert abs(found - truth) <= error * result.coupled.scalars["pressure_max_MPa"]
     # No islands: below what the surface causes it rises to one peak and falls.
@@ -147,7 +148,7 @@ def test_what_falls_from_the_surface_has_no_estimate_below_it() -> None:
     result = solve(strong_circle(0.4, 24))
     steps = np.diff(result.subsurface.bodies["lower"].strength["shakedown_k"])
     assert (steps[:2] < 0.0).all() and (steps > 0.0).any()
-    error = result.subsurface.error
+    error = relative(result)
     assert math.isnan(error["shakedown_k_below_lower_MPa"]) and error["shakedown_k_lower_MPa"] > 0.0
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.errors import relative
 from tests.support.interpolation import at_point
 from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling, spheres
 from thermoroll_cli.problem.geometry import Geometry
@@ -221,7 +222,7 @@ def test_too_shallow_is_told():
     result = solved(SubsurfaceRequest(depth=1e-5, layers=4), grid=16, friction=0.0)
     warning = next(warning for warning in result.warnings if "depth_mm" in warning)
     for name in ("von_mises_max_lower_MPa", "orthogonal_shear_range_max_upper_MPa"):
-        assert name in warning and math.isnan(result.subsurface.error[name])
+        assert name in warning and math.isnan(relative(result)[name])
     assert not solved(SubsurfaceRequest(layers=16), grid=16, friction=0.0).warnings
 
 
@@ -236,10 +237,10 @@ def test_a_maximum_below_the_last_layer_is_covered_or_told(depth: float | None) 
     assert bool(cut.warnings) == (depth is not None)
     found = cut.subsurface.scalars
     for name, value in found.items():
-        error = cut.subsurface.error[name] * error_scale(name, cut.summary())
+        error = relative(cut)[name] * error_scale(name, cut.summary())
         off = abs(value - full.subsurface.scalars[name])
         told = name.removeprefix("elastic_") in "".join(cut.warnings) or not name.endswith("_max_lower_MPa")
-        reference = full.subsurface.error[name] * error_scale(name, full.summary())
+        reference = relative(full)[name] * error_scale(name, full.summary())
         assert (math.isnan(error) and told) or off <= error + reference, name
 
 
@@ -247,7 +248,7 @@ def test_few_layers_have_wide_estimates_and_a_warning():
     few, true = (solved(SubsurfaceRequest(("lower",), layers=layers), grid=16, creepage=(0.01, 0.0)) for layers in (6, None))
     assert "6 depths" in few.warnings[-1] and not true.warnings
     for name in ("von_mises_max_lower_MPa", "orthogonal_shear_range_max_lower_MPa", "von_mises_depth_lower_mm"):
-        error = few.subsurface.error[name] * error_scale(name, few.summary())
+        error = relative(few)[name] * error_scale(name, few.summary())
         assert error > abs(few.subsurface.scalars[name] - true.subsurface.scalars[name]) > 0.0, name
 
 
@@ -267,10 +268,10 @@ def test_error_estimates_cover_coarse_grids():
         fine = solved(SubsurfaceRequest(("lower",)), grid=32, **given)
         unit = min(fine.of_problem["hertz_a_mm"], fine.of_problem["hertz_b_mm"])
         coarse = solved(SubsurfaceRequest(("lower",)), grid=16, **given).subsurface
-        for name, error in coarse.error.items():
+        for name, error in relative(coarse).items():
             scale = fine.coupled.scalars["pressure_max_MPa"] if name.endswith("_MPa") else unit
             seen += 1
-            reference = fine.subsurface.error[name]
+            reference = relative(fine)[name]
             covered += abs(coarse.scalars[name] - fine.subsurface.scalars[name]) <= (error + reference) * scale
     assert covered >= 0.92 * seen
 

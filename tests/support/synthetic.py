@@ -68,10 +68,10 @@ def result(
                "kalker_C11": 4.3, "kalker_C22": 3.7, "kalker_C23": 1.5},
         converged=converged,
         reason="" if converged else "the coupling iteration stopped at its limit of 50",
-        error=dict.fromkeys(coupled.scalars, 1.3e-4),
+        uncertainty={name: 1.3e-4 * abs(value) for name, value in coupled.scalars.items()},
         work={"grid": list(shape), "iterations": {"normal": 9, "tangential": 21}, "seconds": {"normal": 0.02},
               "skipped": {"spin": "no spin is prescribed"}},
-        history={"coupling": np.array([1.0, 0.1, 1e-3, 1e-5]), "tangential": np.array([0.5, 1e-7])},
+        residuals={"coupling": np.array([1.0, 0.1, 1e-3, 1e-5]), "tangential": np.array([0.5, 1e-7])},
         warnings=("the contact is small",),
     )  # fmt: skip
 

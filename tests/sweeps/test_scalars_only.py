@@ -89,7 +89,7 @@ def test_json_has_a_line_per_point_in_order(case: Path, serial: Path, tmp_path: 
     records = [json.loads(line) for line in done.stdout.splitlines()]
     assert [record["name"] for record in records] == [f"spheres_{n:04d}" for n in range(1, COUNT + 1)]
     assert records[3]["work"]["grid"] == [8, 8]
-    assert records[3]["error"]["force_x_N"] is None  # one grid alone tells no error
+    assert records[3]["uncertainty"]["force_x_N"] is None  # one grid alone tells no error
     assert records[3]["force_x_N"] == float(data(serial).force_x_N[0, 3])
     assert_same(tmp_path, serial)
 
@@ -157,8 +157,8 @@ def test_a_data_frame_has_numbers_in_flat_columns() -> None:
     arrays = rows.to_xarray()
     assert dict(arrays.sizes) == {"load.normal_N": 2, "thermal.heat": 1}
     assert float(arrays["isothermal.force_x_N"].sel({"load.normal_N": 65.0})[0]) == rows[1]["isothermal"]["force_x_N"]
-    assert [arrays[name].attrs.get("units") for name in ("load.normal_N", "isothermal.force_x_N", "gamma_st", "error.force_x_N")
-            ] == ["N", "N", "1", None]
+    names = ("load.normal_N", "isothermal.force_x_N", "gamma_st", "uncertainty.force_x_N")
+    assert [arrays[name].attrs["units"] for name in names] == ["N", "N", "1", "N"]
     for values in ([16, [16, 32]], [16, None]):
         with pytest.raises(ValueError, match="must be numbers, words or true and false, not"):
             sweep(case, {"numerics.grid": values})

@@ -22,7 +22,7 @@ import pytest
 
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
 from tests.support.datasets import datasets
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import OVER_LIMIT, PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.tasks.runner import Item, _Cluster
 
@@ -101,13 +101,13 @@ def test_one_file_per_point_a_table_a_picture(serial: Swept) -> None:
 
 
 def test_columns_have_the_public_names(serial: Swept) -> None:
-    states = [f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS]
+    states = [f"{state}.{name}" for state in ("isothermal", "uncertainty") for name in SCALARS]
     scalars = [*SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT]
     texts = ("reason", "unbounded", "warnings")
     every = [LOAD, KEY, "status", *texts, *scalars, *states, "work.grid", "work.applications", "file"]
     # Without those that hold no number at any point.
     assert list(serial.rows[0]) == [name for name in every if name in serial.rows[0]]
-    assert {"Q_F_W", "isothermal.gamma_p", "error.force_x_N"} <= serial.rows[0].keys()
+    assert {"Q_F_W", "isothermal.gamma_p", "uncertainty.force_x_N"} <= serial.rows[0].keys()
     assert all(any(row[name] for row in serial.rows) for name in serial.rows[0].keys() - set(texts))
     for row in serial.rows:
         assert float(row["force_x_over_friction_limit"]) == float(row["force_x_N"]) / (0.3 * float(row[LOAD]))

@@ -25,7 +25,7 @@ from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, c
 from tests.support.tasks import DeadlyTask, SlowDiskTask
 from thermoroll_cli import atomic
 from thermoroll_cli.atomic import WriteError
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweeps.points import Points, parse_axes
 from thermoroll_cli.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Batch, Pending

@@ -194,7 +194,7 @@ def test_a_sweep_leaves_out_deformation_at_all_points_or_at_none() -> None:
     results = [solve(point.problem) for point in together]
     for one, other in itertools.pairwise(results):
         step = abs(one.coupled.scalars["gamma_c"] - other.coupled.scalars["gamma_c"])
-        assert step <= one.error["gamma_c"] + other.error["gamma_c"]
+        assert step <= one.uncertainty["gamma_c"] + other.uncertainty["gamma_c"]
 
 
 def test_nothing_is_decided_for_sweeps_that_agree_or_say_so_themselves() -> None:

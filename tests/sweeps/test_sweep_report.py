@@ -51,8 +51,8 @@ def test_a_swept_force_shows_the_creepage_found(case: Path, tmp_path: Path, monk
     rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
     place = 1 + columns.index("creepage_longitudinal")
     shown = [line.split()[place] for line in done.stdout.splitlines() if line.startswith("  spheres_")]
-    value, error = ([float(row[f"{state}creepage_longitudinal"]) for row in rows] for state in ("", "error."))
-    assert shown == [with_error(v, v * e).replace(" ", "") for v, e in zip(value, error, strict=True)]
+    value, error = ([float(row[f"{state}creepage_longitudinal"]) for row in rows] for state in ("", "uncertainty."))
+    assert shown == [with_error(v, e).replace(" ", "") for v, e in zip(value, error, strict=True)]
     assert all("±" in text for text in shown)
     place = 1 + columns.index("force_x_over_friction_limit")
     shares = [line.split()[place] for line in done.stdout.splitlines() if line.startswith("  spheres_")]

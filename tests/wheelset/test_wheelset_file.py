@@ -60,7 +60,7 @@ def test_all_of_it_comes_back(folder: Path, stored: Result) -> None:
             np.testing.assert_array_equal(values, other.fields[name])
     with h5py.File(folder / "results" / "m.h5") as file:
         single = set(file["patches/left_1"])
-        assert {"fields", "isothermal", "summary", "mesh", "history", "subsurface"} <= single and "summary" in file
+        assert {"fields", "numbers", "lower", "lines"} <= single and "numbers" in file
     whole = read_result(folder / "results" / "m.h5", with_fields=False)
     assert whole.scalars == stored.scalars and not whole.contacts[0].fields
 
@@ -83,7 +83,7 @@ def test_the_whole_has_the_scalars_of_its_patches(stored: Result) -> None:
         assert (name in stored.scalars) == any(name in patch.scalars for patch in stored.contacts), name
     record = stored.records[1]
     assert record["von_mises_max_lower_MPa"] == stored.contacts[1]["von_mises_max_lower_MPa"]
-    assert record["error"]["von_mises_max_lower_MPa"] > record["error"]["normal_N"] > 0.0
+    assert record["uncertainty"]["von_mises_max_lower_MPa"] > 0.0 < record["uncertainty"]["normal_N"]
     assert not any(isinstance(value, float) and math.isnan(value) for value in record.values())
 
 
@@ -142,7 +142,7 @@ def test_export_has_tables_for_spreadsheets_and_grids_for_paraview(folder: Path,
         rows = list(csv.DictReader(stream))
     for row, patch in zip(rows, stored.contacts, strict=True):
         assert float(row["normal_N"]) == patch.record["normal_N"]
-        assert float(row["error.force_s_N"]) == patch.record["error"]["force_s_N"]
+        assert float(row["uncertainty.force_s_N"]) == patch.record["uncertainty"]["force_s_N"]
     with open(folder / "exported" / "m_right_2.csv", encoding="utf-8") as stream:
         assert len(list(csv.DictReader(stream))) == stored.contacts[2].fields["pressure"].size
     text = (folder / "exported" / "m.xdmf").read_text()
@@ -151,8 +151,8 @@ def test_export_has_tables_for_spreadsheets_and_grids_for_paraview(folder: Path,
         assert len(places) > 30 and all(place in file for place in places)
     drawn = call("plot", "exported/m.csv", cwd=folder)
     assert drawn.returncode == 5 and "not the table of a sweep" in drawn.stderr
-    history = call("export", "results/m.h5", "--format", "csv", "--history", "0,0.1", "-o", "exported", cwd=folder)
-    assert history.returncode == 0 and (folder / "exported" / "m_left_1_history.csv").exists(), history.stderr
+    done = call("export", "results/m.h5", "--format", "csv", "--stress-path", "0,0.1", "-o", "exported", cwd=folder)
+    assert done.returncode == 0 and (folder / "exported" / "m_left_1_stress_path.csv").exists(), done.stderr
 
 
 def test_a_result_is_a_case_for_other_commands(folder: Path) -> None:
@@ -182,7 +182,8 @@ def test_a_sweep_of_scalars_has_columns_of_patches_with_units(tmp_path: Path) ->
     assert done.returncode == 0, done.stderr
     with h5py.File(tmp_path / "sweep.h5") as file:
         assert file["right_2.normal_N"].attrs["units"] == b"N" and math.isnan(file["right_2.normal_N"][0])
-        assert "units" not in file["right_1.error.normal_N"].attrs and file["right_1.error.normal_N"][1] > 0.0
+        assert file["right_1.uncertainty.normal_N"].attrs["units"] == b"N" and file["right_1.uncertainty.normal_N"][1] > 0.0
         assert file["wear_rate_upper_left_mm3_m"].attrs["units"].decode() == "mm³/m"
-        assert file["track_force_y_left_N"].attrs["units"] == b"N" and file["error.track_force_y_left_N"][0] > 0.0
-        assert file["left_1.error.Q_F_W"].attrs["long_name"].decode() == "patch left_1: estimated error: total frictional heat"
+        assert file["track_force_y_left_N"].attrs["units"] == b"N" and file["uncertainty.track_force_y_left_N"][0] > 0.0
+        meaning = file["left_1.uncertainty.Q_F_W"].attrs["long_name"].decode()
+        assert meaning == "patch left_1: estimated error: total frictional heat"

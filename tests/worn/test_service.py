@@ -143,7 +143,7 @@ def test_command_writes_resumes_and_shares(whole: Path, tmp_path: Path) -> None:
     with h5py.File(folder / "m_wear.h5") as file:
         assert file["wear/depth_wheel_right"].shape == (len(file["wear/distance"]), len(file["wear/length_wheel_right"]))
         assert file["wear/depth_wheel_right"][-1].max() == pytest.approx(4e-6, rel=0.02)
-        assert file["wear/steps/T_gamma_N_error"].shape == (len(rows),)
+        assert file["wear/steps/uncertainty.T_gamma_N"].shape == (len(rows),)
     result = read_result(folder / "m_wear.h5")
     worn = Case.from_json(result.case_json)
     assert worn.task.position.y == pytest.approx(2e-3) and worn.settings.wear.positions == BOTH.settings.wear.positions
@@ -213,7 +213,7 @@ def test_errors_cover_shorter_steps() -> None:
     assert len(fine) > 1.5 * len(coarse) > 3
     for name in ("depth_max_wheel_right_um", "worn_area_wheel_right_mm2", "worn_mass_wheel_right_kg"):
         apart = abs(coarse[-1][name] - fine[-1][name])
-        assert 0.0 < apart < coarse[-1][f"{name}_error"] < 0.2 * coarse[-1][name]
+        assert 0.0 < apart < coarse[-1][f"uncertainty.{name}"] < 0.2 * coarse[-1][name]
 
 
 def test_a_position_that_has_failed_is_solved_again(whole: Path, tmp_path: Path) -> None:

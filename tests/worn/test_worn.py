@@ -253,7 +253,7 @@ specific_wear_rate_mm3_Nm = 1e-4
     done = call("wear", tmp_path / "rail.toml", *heatless, "--set", "geometry.lower_profile.offset_mm=5")
     summary = json.loads(done.stdout)
     assert done.returncode == 0 and summary["depth_max_lower_um"] == pytest.approx(10.0, rel=1e-5)
-    assert summary["T_gamma_N_error"] > 0.0 and summary["depth_max_lower_um_error"] > 0.0
+    assert summary["uncertainty.T_gamma_N"] > 0.0 and summary["uncertainty.depth_max_lower_um"] > 0.0
     points = np.loadtxt(tmp_path / "rail_worn_lower.csv", delimiter=",")
     assert points[[0, -1], 0] == pytest.approx([-19.0, 29.0], abs=1e-6)
     head, rest = (tmp_path / "rail.toml").read_text().split("[geometry.lower_profile]")
@@ -326,7 +326,7 @@ def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> Non
         # Where they touch first less may be worn off than at the deepest place.
         assert (np.diff(loads) < 0.0).all() and approaches[0] == pytest.approx(6.0)
         np.testing.assert_allclose(approaches + depths, 6.0, atol=0.06)
-        assert loads[-1] < 0.6 * loads[0] and float(rows[-1]["normal_N_error"]) > 0.0
+        assert loads[-1] < 0.6 * loads[0] and float(rows[-1]["uncertainty.normal_N"]) > 0.0
         found[name] = json.loads(done.stdout)
     for quantity in ("normal_N", "distance_km", "pressure_max_MPa"):
         assert found["lifted"][quantity] == pytest.approx(found["radius"][quantity], rel=0.02)

@@ -86,7 +86,7 @@ def read_source(path: Path, overrides: Sequence[Override] = (), *, stored: bool 
     Raises CaseError, OSError."""
     if not (stored or path.suffix == ".h5"):
         return case_source.read_source(path, overrides)
-    from thermoroll_cli.files.result.hdf5 import read_result
+    from thermoroll_cli.files.result.outcome import read_result
 
     carried = Case.from_json(read_result(path, with_fields=False).case_json, name=str(path))
     return case_source.parse_source(carried.to_toml(), str(path), overrides)

@@ -21,7 +21,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.results import check_no_cases
 from thermoroll_cli.cli.tables import assembly_rows, swept_text, warnings_by_kind
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.plots.conicity_figure import draw_conicity
 from thermoroll_cli.plots.pictures import draw, kinds_of
 from thermoroll_cli.plots.sweep_figures import numbers, summaries

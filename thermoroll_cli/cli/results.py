@@ -14,8 +14,8 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, with_remarks
 from thermoroll_cli.files.result.compare import Comparison, compare_results
-from thermoroll_cli.files.result.export import export_csv, export_history, export_xdmf
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.export import export_csv, export_stress_path, export_xdmf
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.result import Result
 
 if TYPE_CHECKING:
@@ -136,9 +136,9 @@ def compare(
 def export(
     result: OneResult,
     formats: Annotated[list[ExportFormat], typer.Option("--format", help="File type. Repeatable.")],
-    history: Annotated[
+    stress_path: Annotated[
         str | None,
-        typer.Option("--history", metavar="Y,Z", help="CSV: stresses along x at y = Y and depth Z, in mm."),
+        typer.Option("--stress-path", metavar="Y,Z", help="CSV: stresses along x at y = Y and depth Z, in mm."),
     ] = None,
     output: Folder = None,
     quiet: options.Quiet = False,
@@ -146,22 +146,22 @@ def export(
 ) -> None:
     """Export a result to XDMF or CSV.
 
-    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets. With --history the CSV file has the
-    stress history of a material point below the surface instead (NAME_history.csv).
+    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets. With --stress-path the CSV file has the
+    stresses that a material point below the surface meets instead (NAME_stress_path.csv).
     """
     check_no_cases([result])
     line = None
-    if history is not None:
+    if stress_path is not None:
         if "csv" not in formats:
-            raise typer.BadParameter("a history is written as CSV: --format csv", param_hint="--history")
-        line = [mm / 1e3 for mm in options.numbers(history, 2, "Y,Z: two numbers in mm", "--history")]
+            raise typer.BadParameter("a stress path is written as CSV: --format csv", param_hint="--stress-path")
+        line = [mm / 1e3 for mm in options.numbers(stress_path, 2, "Y,Z: two numbers in mm", "--stress-path")]
     if output is not None:
         options.check_writable(output)
     stem, written = _stem(result, output), []
     for kind in dict.fromkeys(formats):
         if kind == "csv" and line is not None:
-            with options.usage("--history"):
-                written += export_history(result, stem.with_name(f"{stem.name}_history.csv"), *line)
+            with options.usage("--stress-path"):
+                written += export_stress_path(result, stem.with_name(f"{stem.name}_stress_path.csv"), *line)
         else:
             written += {"xdmf": export_xdmf, "csv": export_csv}[kind.value](result, stem.with_name(f"{stem.name}.{kind}"))
     streams.write(*map(str, written if not quiet else ()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -17,7 +18,7 @@ from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError, Override
-from thermoroll_cli.files.result.hdf5 import read_result, write_result
+from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars
@@ -179,7 +180,7 @@ def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     both = result.isothermal is not result.coupled
     single, sides, patches = assembly_rows(result, names, verbose=verbose) if result.assembly else (names, [], [])
     # A reason says already why a state on one grid alone has none.
-    without = result.converged and not result.assembly and all(error != error for error in result.error.values())
+    without = result.converged and not result.assembly and all(map(math.isnan, result.uncertainty.values()))
     head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
     warnings = [line for warning in result.warnings for line in folded(f"warning: {warning}", width)]
     return [

@@ -185,10 +185,11 @@ def _width(column: list[str]) -> int:
 
 
 def _with_error(name: str, row: Row) -> str:
-    """A scalar with its error, without spaces: a table of many columns is wide. Errors of forces are relative to μW."""
+    """A scalar with its error, without spaces: a table of many columns is wide."""
     value = row.summary.get(name, math.nan)
     if name in OVER_LIMIT:
-        return with_error(value, row.summary["error"].get(OVER_LIMIT[name], math.nan)).replace(" ", "")
+        error = row.summary["uncertainty"].get(OVER_LIMIT[name], math.nan) / (row.summary["friction_limit_N"] or math.nan)
+        return with_error(value, error).replace(" ", "")
     return scalar_text(name, {**row.summary, name: value}).replace(" ", "")
 
 

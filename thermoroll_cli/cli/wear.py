@@ -12,7 +12,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.problem.names import ERROR, unit_of
+from thermoroll_cli.problem.names import UNCERTAINTY, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.worn.follow import Evolution
@@ -49,7 +49,7 @@ def wear(
     with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar, options.recorded(case, as_json):
 
         def report(step: int, row: Mapping[str, Any]) -> None:
-            deepest = max(value for name, value in row.items() if name.startswith("depth_max_") and not name.endswith(ERROR))
+            deepest = max(value for name, value in row.items() if name.startswith("depth_max_"))
             words = (f"{read.name}: step {step}, {row['distance_km']:.4g} km, {deepest:.4g} µm, "
                      f"{_text(row, 'pressure_max_MPa')} MPa")
             if bar.live:
@@ -60,7 +60,7 @@ def wear(
         done = follow(read, output, resume=resume, jobs=jobs, threads=threads, report=report,
                       command_line=options.command_line())
     files, last, steps = [str(file) for file in done.files], done.rows[-1], len(done.rows) - 1
-    values = [(meaning_of(name), _text(last, name), name) for name in last if not name.endswith(ERROR)]
+    values = [(meaning_of(name), _text(last, name), name) for name in last if not name.startswith(UNCERTAINTY)]
     if read.plots and not no_plots:
         files += _drawn(done, output, options.image_formats(formats))
     if written_report:
@@ -88,7 +88,7 @@ def wear(
 
 def _text(row: Mapping[str, Any], name: str) -> str:
     """A value of a row with its error."""
-    return with_error(row.get(name, math.nan), row.get(f"{name}{ERROR}", math.nan))
+    return with_error(row.get(name, math.nan), row.get(f"{UNCERTAINTY}{name}", math.nan))
 
 
 def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]:

@@ -7,7 +7,6 @@ import math
 import os
 from dataclasses import dataclass, field
 
-import h5py
 import numpy as np
 
 from thermoroll_cli.arrays import Array
@@ -16,7 +15,7 @@ from thermoroll_cli.creep_table.point_solver import QUANTITIES
 from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, spin_angle
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.files.csv_table import csv_text
-from thermoroll_cli.files.result.hdf5 import ResultFileError, create, dimension_scale, image_of, label, opened, stamp
+from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, load, save
 
 LARGEST_MAGNITUDE = 1e4
 """Stands for full sliding, u = 1: the remaining elastic creep is of the order of its inverse."""
@@ -25,7 +24,6 @@ DEFAULT_ASPECTS = (0.05, 0.075, 0.11, 0.155, 0.21, 0.27, 0.33, 0.39, 0.455, 0.53
                    20.0)
 """Closest where forces change most with a/b: around 1/2, where spin turns from hindering to helping the lateral force."""
 
-FORMAT_VERSION = 1
 KIND = "creep_force_table"
 RESOLUTION = 2.0**-15
 """Resolution of stored forces over μW: a twentieth of the errors of a table."""
@@ -126,49 +124,43 @@ def _listed(values: tuple[float, ...]) -> str:
 
 def write_table(path: str | os.PathLike[str], table: TableValues, *, command_line: str) -> None:
     """Write `table` to `path`, complete or not at all. Raises WriteError."""
-
-    def fill(file: h5py.File) -> None:
-        stamp(file, FORMAT_VERSION, kind=KIND, scaling=LAW, command_line=command_line)
-        file.attrs["poisson_ratio"] = table.poisson_ratio
-        file.attrs["accuracy"] = table.accuracy
-        file.attrs["holes"] = table.holes
-        for name, value in vars(table.quality).items():
-            file.attrs[f"quality_{name}"] = value
-        axes = table.axes
-        nodes = (np.array(axes.aspect_ratios), axes.u, axes.v, axes.w)
-        long_names = ("a/b, a along rolling", "u of the magnitude m", "v of the angle alpha", "w of the spin angle beta")
-        scales = [dimension_scale(file, name, values, units="1", long_name=long_name)
-                  for name, values, long_name in zip(DIMENSIONS, nodes, long_names, strict=True)]
-        columns = dict(zip(QUANTITIES, np.moveaxis(table.values, 1, 0), strict=True)) | {"solver_error": table.errors}
-        for name, values in columns.items():
-            # Zeros behind the digits that matter: half the size when compressed. Towards zero, so that forces keep the bound.
-            stored = (np.trunc(values / RESOLUTION) * RESOLUTION).astype(np.float32)
-            item = create(file, name, stored, scales, chunks=(1, *values.shape[1:]), compression="gzip", shuffle=True)
-            label(item, units="1", long_name=LONG_NAMES[name])
-
-    write_bytes(path, image_of(fill))
+    axes = table.axes
+    nodes = (np.array(axes.aspect_ratios), axes.u, axes.v, axes.w)
+    meanings = ("a/b, a along rolling", "u of the magnitude m", "v of the angle alpha", "w of the spin angle beta")
+    arrays = {key: array for name, values, meaning in zip(DIMENSIONS, nodes, meanings, strict=True)
+              for key, array in axis(name, values, "1", meaning).items()}
+    columns = dict(zip(QUANTITIES, np.moveaxis(table.values, 1, 0), strict=True)) | {"solver_error": table.errors}
+    # Zeros behind the digits that matter: half the size when compressed. Towards zero, so that forces keep the bound.
+    arrays |= {name: Labelled(DIMENSIONS, (np.trunc(values / RESOLUTION) * RESOLUTION).astype(np.float32), "1",
+                              LONG_NAMES[name], compressed=True) for name, values in columns.items()}
+    save(path, Node(arrays, {"scaling": LAW, "poisson_ratio": table.poisson_ratio, "accuracy": table.accuracy,
+                             "holes": table.holes,
+                             **{f"quality_{name}": value for name, value in vars(table.quality).items()}}), KIND, command_line)
 
 
 def read_table(path: str | os.PathLike[str]) -> TableValues:
     """The table at `path`. Raises ResultFileError: missing, foreign, cut short, damaged, of another version, or with axes that
     do not increase."""
-    with opened(path, KIND, FORMAT_VERSION) as file:
-        if (scaling := file.attrs["scaling"].decode()) != LAW:
+    tree = load(path, KIND)
+    try:
+        if (scaling := tree.attributes["scaling"]) != LAW:
             raise ResultFileError(f"{path}: table of scaling {scaling}; this version reads {LAW}: build it again with "
                                   "thermoroll table")
-        ratios, u, v, w = (file[name][()] for name in DIMENSIONS)
+        ratios, u, v, w = (tree.arrays[name].values for name in DIMENSIONS)
         axes = Axes(tuple(ratios.tolist()), len(u), len(v), len(w))
         for name, stored, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):
             if not np.allclose(stored, own, atol=1e-12):
                 raise ValueError(f"the axis {name} does not increase evenly")
-        values = np.stack([file[name][()].astype(float) for name in QUANTITIES], axis=1)
-        errors = file["solver_error"][()].astype(float)
-        if values.shape != (len(ratios), len(QUANTITIES), *axes.shape):
+        values = np.stack([tree.arrays[name].values.astype(float) for name in QUANTITIES], axis=1)
+        errors = tree.arrays["solver_error"].values.astype(float)
+        if values.shape != (len(ratios), len(QUANTITIES), *axes.shape) or errors.shape != (len(ratios), *axes.shape):
             raise ValueError("values and axes have different lengths")
-        quality = {name: file.attrs[f"quality_{name}"] for name in vars(Quality())}
-        quality = {name: int(value) if name == "points" else float(value) for name, value in quality.items()}
-        poisson_ratio, accuracy = (float(file.attrs[name]) for name in ("poisson_ratio", "accuracy"))
-        return TableValues(axes, poisson_ratio, accuracy, values, errors, Quality(**quality))
+        quality = {name: float(tree.attributes[f"quality_{name}"]) for name in vars(Quality())}
+        poisson_ratio, accuracy = (float(tree.attributes[name]) for name in ("poisson_ratio", "accuracy"))
+    except (KeyError, ValueError, TypeError, AttributeError) as cause:
+        raise ResultFileError(f"{path}: damaged {KIND} file ({cause.args[0] if cause.args else cause})") from cause
+    return TableValues(axes, poisson_ratio, accuracy, values, errors,
+                       Quality(**(quality | {"points": int(quality["points"])})))  # type: ignore[arg-type]
 
 
 def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:

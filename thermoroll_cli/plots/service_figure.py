@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.plots import style
-from thermoroll_cli.problem.names import ERROR
+from thermoroll_cli.problem.names import UNCERTAINTY
 from thermoroll_cli.wheelset.curves import Points, curve
 from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
@@ -48,12 +48,12 @@ def draw_service(
             axis = axes[prefix]
             for name in rows[0]:
                 values = np.array([row.get(name, np.nan) for row in rows])
-                if not name.startswith(prefix) or name.endswith(ERROR) or np.isnan(values).all():
+                if not name.startswith(prefix) or name.startswith(UNCERTAINTY) or np.isnan(values).all():
                     continue
                 side = next((side for side in sides if side in name), "right")
                 colour = style.BEFORE if "rail" in name else style.AFTER
                 axis.plot(distance, values, STYLES[side], color=colour)
-                error = np.array([row.get(f"{name}{ERROR}", np.nan) for row in rows])
+                error = np.array([row.get(f"{UNCERTAINTY}{name}", np.nan) for row in rows])
                 axis.fill_between(distance, values - error, values + error, color=colour, alpha=0.15, linewidth=0.0)
             axis.set_ylabel(label)
             axis.grid(visible=True)

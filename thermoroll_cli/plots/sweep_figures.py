@@ -21,16 +21,16 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.kalker import THEORIES, CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.problem.names import DIAGRAMS, UNITS, unit_end
-from thermoroll_cli.problem.scalar_errors import FORCES, STEADY, absolute_error, finite, is_steady, worth_showing
+from thermoroll_cli.problem.names import DIAGRAMS, UNCERTAINTY, UNITS, unit_end
+from thermoroll_cli.problem.scalar_errors import FORCES, STEADY, finite, is_steady, worth_showing
 
 Column = NDArray[np.float64]
 Table = Mapping[str, Sequence[Any]]
 Numbers = Mapping[str, Column]
 """The columns of a table as numbers, nan for all else."""
 
-ISOTHERMAL, ERROR = "isothermal.", "error."
-"""How the columns of the state without thermal deformation, and those of estimated errors, begin."""
+ISOTHERMAL = "isothermal."
+"""The columns of the state without thermal deformation begin so."""
 
 THEORY_COLUMNS = ("hertz_a_mm", "hertz_b_mm", "shear_modulus_GPa", "friction_limit_N", "kalker_C11", "kalker_C22", "kalker_C23",
                   "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm")  # fmt: skip
@@ -329,12 +329,13 @@ def summaries(table: Numbers) -> list[dict[str, Any]]:
     """Each row as the summary of a result: its scalars, with their errors by name."""
     known = [name for name, column in table.items() if np.isfinite(column).any()]
     rows = (dict(zip(known, values, strict=True)) for values in zip(*(table[name].tolist() for name in known), strict=True))
-    return [row | {"error": {name.removeprefix(ERROR): row[name] for name in known if name.startswith(ERROR)}} for row in rows]
+    uncertain = {name.removeprefix(UNCERTAINTY): name for name in known if name.startswith(UNCERTAINTY)}
+    return [row | {"uncertainty": {name: row[column] for name, column in uncertain.items()}} for row in rows]
 
 
 def errors(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Column:
     """Estimated errors of the named scalars in their own unit, the largest at each point; 0 where there is none."""
-    return np.array([max(absolute_error(name, row) if name in row["error"] else 0.0 for name in names) for row in rows])
+    return np.array([max(row["uncertainty"].get(name, 0.0) for name in names) for row in rows])
 
 
 def theory_forces(table: Numbers, theory: str) -> dict[str, Column]:

@@ -136,9 +136,11 @@ COLUMN_UNITS = {"Pa": ("MPa", 1e-6), "m": ("um", 1e6), "m/s": ("m_s", 1.0), "W/m
 """SI unit of a field → the unit at the end of a column's name, as of scalars, and the factor of its values."""
 
 
+UNCERTAINTY = "uncertainty."
+"""Columns of estimated errors begin so."""
+
 ERROR = "_error"
-"""End of the name of a column with the error of another one, in its unit: standard deviations of measured values, and estimates
-of worn profiles."""
+"""End of the name of a column with the error of another one, in its unit: standard deviations of measured values."""
 
 
 def unit_end(name: str) -> str:

@@ -17,7 +17,7 @@ from thermoroll_cli import of_above, optional
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.scalar_errors import absolute_error, isothermal_text, listed_scalars, meaning_in, scalar_text
+from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, meaning_in, scalar_text
 
 if TYPE_CHECKING:
     import xarray
@@ -116,12 +116,10 @@ def within_layers(depths: AnyArray) -> list[slice]:
 
 @dataclass(frozen=True)
 class Subsurface:
-    """Stresses below the surface: the `bodies`, all `scalars` and their `error` (names of `SUBSURFACE_SCALARS`; errors over
-    their `error_scale`), and `warnings`."""
+    """Stresses below the surface: the `bodies`, all `scalars` (names of `SUBSURFACE_SCALARS`), and `warnings`."""
 
     bodies: Mapping[str, BodyStresses]
     scalars: Mapping[str, float]
-    error: Mapping[str, float]
     warnings: tuple[str, ...] = ()
 
 
@@ -136,9 +134,10 @@ class Result:
       contact. If the domain has followed a heated contact each has its own grid;
     - `of_problem`: scalars that belong to the problem and not to a state (`names.PROBLEM_SCALARS`);
     - `converged`, `reason`: whether the result can be trusted, and if not, why;
-    - `error`: estimated discretisation error of each scalar, over the scale of that scalar (`error_scale`);
+    - `uncertainty`: estimated discretisation error of each of the `numbers` in its own unit; nan for a given one, or without an
+      estimate;
     - `work`: plain JSON types: grid, iterations, operator applications, seconds by stage, skipped stages with reasons;
-    - `history`: one array (iterations,) per residual;
+    - `residuals`: arrays (iterations,) by name;
     - `warnings`: doubts about the problem or the result;
     - `case_text`, `case_json`: the case as read and with all defaults; empty for a bare `Problem`;
     - `patches`: of an assembly of contacts, as a wheelset, the `Result` of each; of bodies with profiles, a mapping for each
@@ -159,9 +158,9 @@ class Result:
     of_problem: Mapping[str, float]
     converged: bool
     reason: str
-    error: Mapping[str, float]
+    uncertainty: Mapping[str, float]
     work: Mapping[str, Any]
-    history: Mapping[str, Array] = field(default_factory=dict)
+    residuals: Mapping[str, Array] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     case_text: str = ""
     case_json: str = ""
@@ -173,6 +172,10 @@ class Result:
     name: str = ""
     record: Mapping[str, Any] = field(default_factory=dict)
     lines: Mapping[str, Array] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        every = dict.fromkeys(self.numbers, math.nan) | dict(self.uncertainty)
+        object.__setattr__(self, "uncertainty", Named("scalar", every))
 
     @property
     def contacts(self) -> tuple[Result, ...]:
@@ -206,12 +209,6 @@ class Result:
 
     def __getitem__(self, name: str) -> float:
         return self.scalars[name]
-
-    @property
-    def uncertainty(self) -> Mapping[str, float]:
-        """Estimated error of each of the `scalars` in its own unit; nan for a given one, or without an estimate."""
-        summary = self.summary()
-        return Named("scalar", {name: absolute_error(name, summary) for name in self.scalars})
 
     @property
     def fields(self) -> Mapping[str, AnyArray]:
@@ -253,14 +250,14 @@ class Result:
         return f"<Result {title}{what}, {', '.join([outcome, *numbers])}>"
 
     def summary(self) -> dict[str, Any]:
-        """All scalars under their public names, with `status`, `reason`, `isothermal`, `error`, `work` and `warnings`, in plain
-        Python types: the object that `--json` prints. Numbers that were not computed are nan."""
+        """All scalars under their public names, with `status`, `reason`, `isothermal`, `uncertainty`, `work` and `warnings`, in
+        plain Python types: the object that `--json` prints. Numbers that were not computed are nan."""
         return {
             "status": self.status,
             "reason": self.reason,
             **self.numbers,
             **({} if self.assembly else {"isothermal": dict(self.isothermal.scalars)}),
-            "error": {**self.error, **({} if self.subsurface is None else self.subsurface.error)},
+            "uncertainty": dict(self.uncertainty),
             "work": dict(self.work),
             "warnings": list(self.warnings),
             **({"patches": [dict(patch) for patch in self.records]} if self.patches or self.assembly else {}),

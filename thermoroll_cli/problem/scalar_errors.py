@@ -1,4 +1,4 @@
-"""Errors of scalars: their scale, the one meaning of `error` everywhere, and the digits of a number that they leave."""
+"""Errors of scalars: the scale by which they are judged, and the digits of a number that they leave."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
 
 
 def error_scale(name: str, summary: Mapping[str, Any]) -> float:
-    """The unit of `error[name]`: the error in the scalar's own unit is `error[name]` times this (`absolute_error`).
+    """The scale of a scalar: `numerics.accuracy` bounds its estimated error over this, and so results are compared.
 
-    | scalar | its error is relative to |
+    | scalar | its error is judged over |
     | --- | --- |
     | `force_x_N`, `force_y_N` | μW |
     | `spin_moment_Nmm` | μW sqrt(a0 b0) |
@@ -64,11 +64,6 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
             axes = min(_number(summary, "hertz_a_mm"), _number(summary, "hertz_b_mm"))
             return mean_semi_axis(summary) if math.isnan(axes) else axes
     return abs(_number(summary, name))
-
-
-def absolute_error(name: str, summary: Mapping[str, Any]) -> float:
-    """Estimated discretisation error of a scalar in its own unit; nan for a given one, or without an estimate."""
-    return _number(summary.get("error", {}), name) * error_scale(name, summary)
 
 
 def passed_on(errors: ArrayLike, sensitivities: ArrayLike) -> Array:
@@ -121,7 +116,7 @@ def scalar_text(name: str, summary: Mapping[str, Any]) -> str:
     zero is `0`. `summary` has the shape of `Result.summary()`."""
     if name in MISMATCHES:
         return number(summary[name], MISMATCH_DIGITS)
-    return "0" if is_noise(name, summary) else with_error(summary[name], absolute_error(name, summary))
+    return "0" if is_noise(name, summary) else with_error(summary[name], _number(summary["uncertainty"], name))
 
 
 def isothermal_text(name: str, summary: Mapping[str, Any]) -> str:
@@ -131,7 +126,7 @@ def isothermal_text(name: str, summary: Mapping[str, Any]) -> str:
         return ""
     if name in MISMATCHES:
         return number(isothermal[name], MISMATCH_DIGITS)
-    return "0" if is_noise(name, isothermal) else rounded(isothermal[name], absolute_error(name, summary))
+    return "0" if is_noise(name, isothermal) else rounded(isothermal[name], _number(summary["uncertainty"], name))
 
 
 def with_error(value: float, error: float) -> str:

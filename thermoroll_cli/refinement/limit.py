@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
 import scipy
 
 from thermoroll_cli.problem.problem import Numerics, Problem
@@ -102,7 +101,7 @@ def beyond_maximum(problem: Problem, maximum: CreepMaximum, solve: Callable[[Pro
     reason = (f"no steady state carries {problem.prescribed_force:.6g} N: friction falls with slip, and the creep force is "
               f"{maximum.force:.6g} N at most, at a creepage of {maximum.creepage:.3g}. The fields and scalars are those at "
               "this creepage; prescribe a smaller force, or a creepage")
-    return replace(result, problem=problem, converged=False, reason=reason, error=dict.fromkeys(result.error, np.nan))
+    return replace(result, problem=problem, converged=False, reason=reason, uncertainty={})
 
 
 def with_maximum(result: Result, maximum: CreepMaximum) -> Result:

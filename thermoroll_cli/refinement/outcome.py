@@ -9,6 +9,7 @@ import numpy as np
 
 from thermoroll_cli.heat.frictional_heat import account
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimates import (
     EXTRAPOLATED,
@@ -45,25 +46,26 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
         reasons.append(f"accuracy {problem.numerics.accuracy:g} not reached on the finest grid tried, {last.here.grid.nx} "
                        f"elements per side: {worst} is good to {errors[worst]:.1e}; ask for less, name what has to be accurate "
                        "in numerics.accuracy_of, or set numerics.grid")
-    history: dict[str, Any] = {}
+    residuals: dict[str, Any] = {}
     if hot is not cold:
-        history["coupling_residual"] = np.array(last.state.history)
+        residuals["coupling_residual"] = np.array(last.state.history)
     if isothermal.state.acts_back:
-        history[f"{_coupling_name(plan)}_residual"] = np.array(isothermal.state.history)
+        residuals[f"{_coupling_name(plan)}_residual"] = np.array(isothermal.state.history)
     if last.here.followed is not None:
         warnings.append(f"the domain has followed the heated contact: {_place(last)}; the state without thermal "
                         "deformation has a grid of its own")
-    coupled = replace(last.reported, scalars=final(by_level, derived))
+    coupled, given = replace(last.reported, scalars=final(by_level, derived)), problem_scalars(derived)
+    numbers = {**coupled.scalars, **given}
     return Result(
         problem=problem,
         coupled=coupled,
         isothermal=coupled if hot is cold else replace(isothermal.reported, scalars=final(scalars_by_level(cold), derived)),
-        of_problem=problem_scalars(derived),
+        of_problem=given,
         converged=not reasons,
         reason="; ".join(reasons),
-        error=errors,
+        uncertainty={name: error * error_scale(name, numbers) for name, error in errors.items()},
         work=_work(plan, cold, hot, extrapolated=extrapolated) | ({} if heat is None else account(heat)),
-        history=history,
+        residuals=residuals,
         warnings=tuple(warnings),
         patches=tuple(patches_of(last.here, last.contact)),
         unbounded=tuple(sorted(sharp.unbounded)),

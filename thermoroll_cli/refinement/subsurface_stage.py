@@ -16,6 +16,7 @@ from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.names import of_contacts
 from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result, Subsurface
+from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.error_estimates import Resolution, stress_estimates
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.outcome import refining_both, scalars_by_level
@@ -79,25 +80,28 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
         return result
     start = time.perf_counter()
-    below = _below_the_surface(request, result.summary(), plan, refining_both(levels))
+    below, error = _below_the_surface(request, result.summary(), plan, refining_both(levels))
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
     numerics, reason = result.problem.numerics, result.reason
     # The grid was chosen for the surface.
-    missed = {name: error for name, error in below.error.items()
-              if name in of_contacts(numerics.accuracy_of) and error > (numerics.accuracy or math.inf)}
+    missed = {name: each for name, each in error.items()
+              if name in of_contacts(numerics.accuracy_of) and each > (numerics.accuracy or math.inf)}
     if missed:
         worst = max(missed, key=lambda name: missed[name])
         own = (f"accuracy {numerics.accuracy:g} not reached below the surface on the grid that the surface needs: {worst} is "
                f"good to {missed[worst]:.1e}; set numerics.grid")
         reason = "; ".join(filter(None, (reason, own)))
-    return replace(result, subsurface=below, work={**result.work, "seconds": seconds}, converged=not reason, reason=reason,
+    numbers = {**result.numbers, **below.scalars}
+    uncertainty = {name: each * error_scale(name, numbers) for name, each in error.items()}
+    return replace(result, subsurface=below, uncertainty={**result.uncertainty, **uncertainty},
+                   work={**result.work, "seconds": seconds}, converged=not reason, reason=reason,
                    warnings=(*result.warnings, *below.warnings))
 
 
 def _below_the_surface(
     request: SubsurfaceRequest, summary: Mapping[str, Any], plan: Plan, levels: list[Level]
-) -> Subsurface:
-    """Stresses and temperatures in the bodies asked for, with scalars and their error estimates.
+) -> tuple[Subsurface, dict[str, float]]:
+    """Stresses and temperatures in the bodies asked for, with scalars, and the estimated errors of these over their scales.
 
     The last of the `levels` is reported, the others are for its estimates; `summary` has the scalars of the surface."""
     derived, finest_grid = plan.derived, levels[-1].here.grid
@@ -114,8 +118,9 @@ def _below_the_surface(
         found, of_found = _strength(request, derived.problem, body, own, uncertain, summary)
         scalars, error = scalars | own | found, error | uncertain | of_found
     warmed = [body for body in recirculating(derived) if body in hot]
-    return Subsurface({body: collector.result() for body, collector in finest.items()}, scalars, error,
-                      tuple(_warnings(finest, warmed)))
+    below = Subsurface({body: collector.result() for body, collector in finest.items()}, scalars,
+                       tuple(_warnings(finest, warmed)))
+    return below, error
 
 
 def _strength(

@@ -30,7 +30,7 @@ from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.names import STRENGTH_FIELDS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Material, Strength
 from thermoroll_cli.problem.result import Peak, within_layers
-from thermoroll_cli.problem.scalar_errors import FORCES, absolute_error
+from thermoroll_cli.problem.scalar_errors import FORCES
 from thermoroll_cli.stress.smallest_ball import Balls, smallest_balls
 
 SQRT3 = math.sqrt(3.0)
@@ -236,8 +236,9 @@ def strength_scalars(
     predicted above zero."""
     pressure = summary["pressure_max_MPa"]
     # A force that is prescribed has no error.
-    uncertain = math.hypot(*(np.nan_to_num(absolute_error(force, summary)) for force in FORCES))
+    uncertain = math.hypot(*(np.nan_to_num(summary["uncertainty"][force]) for force in FORCES))
     names = f"shakedown_factor_{body}", f"fatigue_index_surface_{body}"
     values = shear_yield / needed, math.hypot(*(summary[force] for force in FORCES)) / load - surface_yield / pressure
-    errors = error * pressure / needed, uncertain / load + surface_yield / pressure * summary["error"]["pressure_max_MPa"]
+    of_pressure = summary["uncertainty"]["pressure_max_MPa"] / pressure
+    errors = error * pressure / needed, uncertain / load + surface_yield / pressure * of_pressure
     return dict(zip(names, values, strict=True)), dict(zip(names, errors, strict=True))

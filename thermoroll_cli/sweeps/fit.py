@@ -32,7 +32,6 @@ from thermoroll_cli.files.case_source import CaseSource, Override, key_path
 from thermoroll_cli.plots.fit_figures import Figure, fit_figure
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import unit_of
-from thermoroll_cli.problem.scalar_errors import absolute_error
 from thermoroll_cli.sweeps.measured import OVER_LOAD, Measured, scalar_in
 from thermoroll_cli.sweeps.points import Axis, Points
 from thermoroll_cli.sweeps.sweep import summaries
@@ -252,8 +251,8 @@ class _Model:
                 load = float(summary.get("normal_N", math.nan) if given is None else given)
                 for k, name in enumerate(names):
                     values[0, k, place] = scalar_in(name, summary, load)
-                    error = absolute_error(OVER_LOAD.get(name, name), summary) / (load if name in OVER_LOAD else 1.0)
-                    values[1, k, place] = error
+                    error = summary["uncertainty"].get(OVER_LOAD.get(name, name), math.nan)
+                    values[1, k, place] = error / (load if name in OVER_LOAD else 1.0)
                     if math.isnan(values[0, k, place]):
                         reasons[place] = reasons[place] or f"{name} is not computed in this case"
             outcome.append((values[0], values[1], reasons))

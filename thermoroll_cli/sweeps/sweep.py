@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_errors import CaseError
-from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_result
+from thermoroll_cli.files.result.labelled import ResultFileError, image
+from thermoroll_cli.files.result.outcome import KIND, read_result, tree_of
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.python_api import Solver, Task
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     import pandas
 
 TABLE_NAME, ARRAYS_NAME, JOURNAL_NAME = "sweep.csv", "sweep.h5", "sweep.jsonl"
-JOURNAL_FORMAT = 1
+JOURNAL_FORMAT = 2
 
 SECONDS_BETWEEN_TABLES = 2.0
 SHARE_OF_TABLES = 0.05
@@ -80,8 +81,8 @@ class Batch:
             if result is None:
                 yield self._record(one, failed_summary(reason), solved=False), b""
                 continue
-            image = file_image(result.with_case(case.text, case.to_json()), self.command_line) if one.file else b""
-            yield self._record(one, summary_of(result)), image
+            tree = tree_of(result.with_case(case.text, case.to_json())) if one.file else None
+            yield self._record(one, summary_of(result)), b"" if tree is None else image(tree, KIND, self.command_line)
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
         # The key comes first, so that a reader of the file finds it.
@@ -272,8 +273,8 @@ def sweep(
     - `report`: called with each row as soon as it is known.
 
     Returns a list with a row per point: the swept keys, all scalars under their public names and in the units of these,
-    `isothermal` and `error` as mappings, `status` and `reason`, and `file`, the path of its result. Its `to_dataframe()` and
-    `to_xarray()` have the numbers in flat columns.
+    `isothermal` and `uncertainty` as mappings, `status` and `reason`, and `file`, the path of its result. Its `to_dataframe()`
+    and `to_xarray()` have the numbers in flat columns.
 
     Raises CaseError, with the errors of all points, before anything is solved; ValueError for values that are no list, for the
     same value or point twice, and for too many points; OSError if a file cannot be written, another sweep works in the folder,

@@ -13,6 +13,7 @@ import numpy as np
 
 from thermoroll_cli import optional
 from thermoroll_cli.problem import names
+from thermoroll_cli.problem.names import UNCERTAINTY
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     import xarray
 
 CONVERGED = "converged"
-STATES = {"isothermal": "without thermal deformation: ", "error": "estimated error: "}
+STATES = {"isothermal": "without thermal deformation: ", "uncertainty": "estimated error: "}
 """Mappings of a summary that have all scalars of a state, too, and words before the meanings of their columns."""
 TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
 """Columns of texts. `unbounded` names the scalars that have no limit at this point, where the contact reaches the end of a
@@ -58,7 +59,8 @@ class Row:
         prefixed = {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
         grid = "x".join(str(side) for side in summary["work"].get("grid", ()))
         patches = {f"{patch['side']}_{patch['number']}.{name}": value for patch in summary.get("patches", ()) if "side" in patch
-                   for name, value in (*patch.items(), *((f"error.{own}", error) for own, error in patch["error"].items()))
+                   for name, value in (*patch.items(), *((UNCERTAINTY + own, error)
+                                                         for own, error in patch["uncertainty"].items()))
                    if isinstance(value, float)}
         return {**summary, **self.over, **prefixed, **patches, "unbounded": " ".join(summary["unbounded"]),
                 "warnings": "; ".join(summary["warnings"]), "work.grid": grid, "file": self.file.name if self.file else "",
@@ -154,28 +156,28 @@ def columns_of(rows: Rows, title: str = "") -> SweepColumns:
             column.append(cells.get(name, math.nan))
     declared = (*keys, *TEXTS[:-1], *names.SCALARS, *names.PROBLEM_SCALARS, *names.OVER_LIMIT, *names.SUBSURFACE_SCALARS,
                 *(f"{state}.{name}" for state in STATES for name in names.SCALARS),
-                *(f"error.{name}" for name in names.SUBSURFACE_SCALARS))
+                *(f"uncertainty.{name}" for name in names.SUBSURFACE_SCALARS))
     last = {name: columns.pop(name) for name in (TEXTS[-1], "work.applications", "file")}
     # Those of an assembly and of its patches are not declared.
     ordered = {name: columns.pop(name) for name in declared if name in columns}
     return SweepColumns(ordered | columns | last, keys, rows.points.listed, title)
 
 
-def attributes_of(name: str, keys: Sequence[str]) -> dict[str, str]:
-    """Meaning and units of a column. Errors are relative (`error_scale`) and have no units."""
+def attributes_of(name: str, keys: Sequence[str]) -> tuple[str, str]:
+    """Unit and meaning of a column."""
     *parts, own = name.split(".")
     patch, state = (next((part for part in parts if (part in STATES) == known), "") for known in (False, True))
     if name in keys:
-        return {"long_name": f"swept key {name}"} | ({"units": unit} if (unit := names.unit_of(name)) else {})
+        return names.unit_of(name), f"swept key {name}"
     scalar = (names.PATCH_SCALARS if patch else names.ALL_SCALARS).get(own)
     if scalar is None:
-        return {"long_name": "number of the point" if name == "point" else name}
+        return "", "number of the point" if name == "point" else name
     meaning = (f"patch {patch}: " if patch else "") + STATES.get(state, "") + scalar.meaning
-    return {"long_name": meaning} if state == "error" else {"long_name": meaning, "units": scalar.unit or "1"}
+    return scalar.unit or "1", meaning
 
 
 class SweepTable(list[dict[str, Any]]):
-    """The rows of a sweep as mappings: the swept keys, all scalars, `isothermal` and `error` as mappings, and `file`."""
+    """The rows of a sweep as mappings: the swept keys, all scalars, `isothermal` and `uncertainty` as mappings, and `file`."""
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(row.flat() for row in rows)
@@ -203,8 +205,10 @@ class SweepTable(list[dict[str, Any]]):
         dataset = optional("xarray", "to_xarray").Dataset
         axes, listed = self.points.axes, self.points.listed
         dimensions = ("point",) if listed else tuple(axis.key for axis in axes)
-        coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values), attributes_of(axis.key, dimensions))
-                       for axis in axes}
-        columns = {name: (dimensions, np.reshape(column, self.points.shape), attributes_of(name, ()))
-                   for name, column in self._numbers().items()}
-        return dataset(columns, coordinates)
+        coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values)) for axis in axes}
+        columns = {name: (dimensions, np.reshape(column, self.points.shape)) for name, column in self._numbers().items()}
+        found = dataset(columns, coordinates)
+        for name, variable in found.variables.items():
+            labels = zip(("units", "long_name"), attributes_of(str(name), dimensions), strict=True)
+            variable.attrs.update({label: text for label, text in labels if text})
+        return found

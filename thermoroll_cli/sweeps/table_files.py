@@ -9,18 +9,16 @@ import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.atomic import replacing, write_bytes
-from thermoroll_cli.files.result import hdf5
-from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
+from thermoroll_cli.atomic import replacing
+from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, is_kind, load, of_texts, save
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Value
 from thermoroll_cli.sweeps.table import TEXTS, Rows, SweepColumns, attributes_of
 
-FORMAT_VERSION = 2
 KIND = "sweep"
 
 
@@ -42,37 +40,27 @@ def _cell(value: Any) -> str:
 def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line: str) -> None:
     """Every column as an array over the swept keys, nan and empty where a point has no row. Raises WriteError."""
     points, known = rows.points, np.array(rows.numbers, dtype=int) - 1
-    columns: dict[str, NDArray[Any]] = {}
+    columns = {each.key: _array(each.values) for each in points.axes} if points.listed else {}
     for name, column in table.numbers.items():
         columns[name] = np.full(points.count, math.nan)
         columns[name][known] = column
     for name in TEXTS:
-        texts = np.full(points.count, b"", dtype=object)
-        texts[known] = [text.encode("utf-8", "backslashreplace") for text in table.columns[name]]
-        columns[name] = texts.astype(bytes)
-    coordinates = {axis.key: _array(axis.values) for axis in points.axes}
-    if points.listed:
-        columns = {**coordinates, **columns}
-        coordinates = {"point": np.arange(1, points.count + 1)}
-    inputs = {"case_text": points.text, "settings": json.dumps([override.text for override in points.settings]),
-              "keys": json.dumps(table.keys)}
-
-    def fill(file: h5py.File) -> None:
-        hdf5.stamp(file, FORMAT_VERSION, kind=KIND, title=points.case(1).settings.title, command_line=command_line)
-        for name, text in inputs.items():
-            hdf5.create(file, f"input/{name}", hdf5.fixed_text(text))
-        scales = [hdf5.dimension_scale(file, key, values, **attributes_of(key, table.keys))
-                  for key, values in coordinates.items()]
-        for name, flat in columns.items():
-            hdf5.label(hdf5.create(file, name, flat.reshape(points.shape), scales), **attributes_of(name, table.keys))
-
-    write_bytes(path, hdf5.image_of(fill))
+        columns[name] = np.full(points.count, "", dtype=f"U{max([1, *map(len, table.columns[name])])}")
+        columns[name][known] = table.columns[name]
+    coordinates = {"point": np.arange(1, points.count + 1)} if points.listed else {
+        each.key: _array(each.values) for each in points.axes}
+    over = {name: (name,) for name in coordinates} | dict.fromkeys(columns, tuple(coordinates))
+    arrays = {name: Labelled(over[name], values.reshape(points.shape) if name in columns else values,
+                             *attributes_of(name, table.keys)) for name, values in (coordinates | columns).items()}
+    texts = {"case_text": points.text, "settings": json.dumps([override.text for override in points.settings])}
+    save(path, Node(arrays, {"title": points.case(1).settings.title, "keys": json.dumps(table.keys)}, {
+        "input": of_texts(texts)}), KIND, command_line)  # fmt: skip
 
 
 def _array(values: Sequence[Value]) -> NDArray[Any]:
-    """Numbers as they are, words as bytes."""
+    """Numbers as they are, words as texts."""
     if any(isinstance(value, bool | str) for value in values):
-        return np.array([str(value).lower().encode() if isinstance(value, bool) else str(value).encode() for value in values])
+        return np.array([str(value).lower() if isinstance(value, bool) else str(value) for value in values])
     return np.asarray(values)
 
 
@@ -80,21 +68,16 @@ def _array(values: Sequence[Value]) -> NDArray[Any]:
 
 
 def is_sweep_file(path: pathlib.Path) -> bool:
-    """Whether the file at `path` has the many points of a sweep: a CSV table, or an HDF5 file of this kind. A damaged file is
-    none; reading it reports the fault."""
-    if path.suffix.lower() == ".csv":
-        return True
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            return bool(file.attrs.get("kind") == KIND.encode())
-    except (OSError, RuntimeError, KeyError):
-        return False
+    """Whether the file at `path` has the many points of a sweep: a CSV table, or an HDF5 file of this kind."""
+    return path.suffix.lower() == ".csv" or is_kind(path, KIND)
 
 
 def read_sweep(path: pathlib.Path) -> SweepColumns:
     """The table in the file at `path`, as `sweep` writes sweep.csv and sweep.h5. Raises ResultFileError."""
     try:
         return _read_csv(path) if path.suffix.lower() == ".csv" else _read_hdf5(path)
+    except ResultFileError:
+        raise
     except (OSError, ValueError, KeyError, IndexError, StopIteration) as cause:
         reason = cause.strerror if isinstance(cause, OSError) and cause.strerror else "not the table of a sweep"
         raise ResultFileError(f"{path}: {reason}") from cause
@@ -130,16 +113,11 @@ def _value(text: str) -> float | str:
 
 
 def _read_hdf5(path: pathlib.Path) -> SweepColumns:
-    with hdf5.opened(path, KIND, FORMAT_VERSION) as file:
-        keys, shape = tuple(json.loads(file["input/keys"].asstr()[()])), file["status"].shape
-        columns = {name: _flat(item[()]) for name, item in file.items() if getattr(item, "shape", ()) == shape}
-        listed = "point" in file
-        if not listed:
-            swept = np.meshgrid(*(file[key][()] for key in keys), indexing="ij")
-            columns |= {key: _flat(values) for key, values in zip(keys, swept, strict=True)}
-        attributes = {name: value.decode() if isinstance(value, bytes) else value for name, value in file.attrs.items()}
-        return SweepColumns(columns, keys, listed, attributes["title"], file["input/case_text"].asstr()[()], attributes)
-
-
-def _flat(values: NDArray[Any]) -> list[Any]:
-    return [value.decode() if isinstance(value, bytes) else value for value in values.ravel().tolist()]
+    tree = load(path, KIND)
+    keys, over = tuple(tree.json("keys")), tree.arrays["status"].axes
+    columns = {name: array.values.ravel().tolist() for name, array in tree.arrays.items() if array.axes == over}
+    if not (listed := "point" in tree.arrays):
+        swept = np.meshgrid(*(tree.arrays[key].values for key in keys), indexing="ij")
+        columns |= {key: values.ravel().tolist() for key, values in zip(keys, swept, strict=True)}
+    return SweepColumns(columns, keys, listed, str(tree.attributes["title"]), tree.nodes["input"].texts("case_text")[0],
+                        tree.attributes)

@@ -17,7 +17,7 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import error_scale, passed_on
+from thermoroll_cli.problem.scalar_errors import passed_on
 from thermoroll_cli.wheelset.curves import STEP, curve
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.wheelset.one_wheel import Bearing
@@ -152,7 +152,7 @@ class SolvedPatch:
 
     def error_of(self, name: str) -> float:
         """Estimated error of a scalar of the contact in its own unit, at the load it has."""
-        return self.result.error.get(name, math.nan) * error_scale(name, self.result.summary())
+        return self.result.uncertainty[name]
 
     def force_errors(self, load: float) -> Array:
         """Estimated errors of the forces in N, (3,) in track axes, with the relative error of the `load`."""

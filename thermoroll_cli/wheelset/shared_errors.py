@@ -36,7 +36,7 @@ def shared_errors(solved: SolvedWheelset) -> SharedErrors:
     sunk, cosines = (np.array(column) for column in ([patch.bearing.sunk for patch in patches],
                                                      [math.cos(patch.bearing.patch.angle) for patch in patches]))
     stiffness = STIFFENING * np.array([patch.bearing.load for patch in patches]) / sunk
-    estimated = sunk * np.array([patch.result.error.get("approach_um", math.nan) for patch in patches])
+    estimated = sunk * np.array([patch.error_of("approach_um") / patch.result["approach_um"] for patch in patches])
     approach = estimated + sunk * np.array([_moved(patch) for patch in patches])
     heights, loads = [0.0], np.zeros(len(patches))
     for group in _carriers(solved):

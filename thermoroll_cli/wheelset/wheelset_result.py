@@ -14,7 +14,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_kind, of_side
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale, passed_on
+from thermoroll_cli.problem.scalar_errors import computed, error_scale, passed_on
 from thermoroll_cli.wheelset.first_contact import touching, wheelset_warnings
 from thermoroll_cli.wheelset.one_wheel import SAME_PATCH
 from thermoroll_cli.wheelset.patch_problem import SolvedPatch
@@ -36,8 +36,8 @@ WIDEST_PLANE = 0.3
 """Turn of the surface across a patch (rad) from which a plane is a doubtful model; the solver warns of curved patches."""
 
 
-Together = tuple[float, float | None]
-"""A scalar of several contacts together and its error in the scalar's unit, None if it is not estimated."""
+Together = tuple[float, float]
+"""A scalar of several contacts together and its error in the scalar's unit, nan if it is not estimated."""
 
 
 class WheelsetSolver:
@@ -84,7 +84,7 @@ def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> Result:
     state = State({}, scalars, np.zeros(0), np.zeros(0))
     return Result(
         problem=solved.problem.contact, coupled=state, isothermal=state, of_problem={}, converged=not reasons,
-        reason="; ".join(reasons), error=summed.errors,
+        reason="; ".join(reasons), uncertainty=summed.errors,
         work={"grid": next((patch.work["grid"] for patch in patches), []), "rounds": solved.rounds},
         patches=patches, assembly="wheelset",
         warnings=(*warnings, *_left_out(solved), *_barely_met(solved), *of_patches), lines=_outlines(solved))
@@ -99,15 +99,15 @@ def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> I
     mine.sort(key=lambda pair: sign * pair[0].centre[1])
     for number, (patch, load) in enumerate(mine, 1):
         result = patch.result
-        power, below = result.coupled.scalars["T_gamma_N"], result.subsurface
+        power, numbers = result.coupled.scalars["T_gamma_N"], result.numbers
         moved = abs(patch.force[0]) * shared.velocity / power if power else 0.0
-        errors = {name: error + load + (moved if name in POWERS else 0.0) for name, error in result.error.items()}
+        errors = {name: error + (load + (moved if name in POWERS else 0.0)) * error_scale(name, numbers)
+                  for name, error in result.uncertainty.items()}
         surface, s = patch.bearing.patch, -result.y
         places = surface.places(s)
         own_axes = (warning.replace(" y = ", " y (in the axes of its result) = ") for warning in result.warnings)
         whole = replace(
-            result, name=f"{side}_{number}", error=errors | {"normal_N": load},
-            subsurface=below and replace(below, error={name: error + load for name, error in below.error.items()}),
+            result, name=f"{side}_{number}", uncertainty=errors | {"normal_N": load * result["normal_N"]},
             warnings=(*own_axes, *_turning(patch), *_divided(patch)),
             lines={"surface": np.stack([sign * places[:, 1], places[:, 2], sign * surface.inclination(s)])})
         yield replace(whole, record={"side": side, "number": number, **_record(patch, whole)})
@@ -184,9 +184,8 @@ def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:
         "spin_rad_mm": 1e-3 * sign * patch.creepages[2],
     }  # fmt: skip
     record |= {name: scalars[name] for name in PATCH_SCALARS if name not in record and name in scalars}
-    errors = result.summary()["error"]
-    own = {name: IN_CONTACT.get(name, name) for name in record}
-    return record | {"status": result.status, "error": {name: errors[there] for name, there in own.items() if there in errors}}
+    errors = {name: result.uncertainty.get(IN_CONTACT.get(name, name), math.nan) for name in record}
+    return record | {"status": result.status, "uncertainty": errors}
 
 
 @dataclass(frozen=True)
@@ -261,11 +260,11 @@ class _Whole:
 
     @property
     def force_errors(self) -> dict[str, float]:
-        """Errors of the forces on the rails over the vertical one. A vertical force that is given has none."""
-        problem, vertical = self.solved.problem, max(abs(self.scalars["track_force_z_N"]), 1e-300)
+        """Errors of the forces on the rails in N. A vertical force that is given has none."""
+        problem = self.solved.problem
         of_patches = [(patch.side, patch.force_errors(load))
                       for patch, load in zip(self.solved.patches, self.shared.loads, strict=True)]
-        of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3)) / vertical
+        of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3))
                     for side in problem.sides}  # fmt: skip
         errors = of_sides | {"": sum(of_sides.values(), np.zeros(3))}
         # Wheels at a given roll share the vertical force.
@@ -276,40 +275,35 @@ class _Whole:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Errors of the scalars: of forces over the vertical one, of the height over the largest approach, of lateral over
-        vertical forces as they are, of others as of a contact. What is given, or not there, has none."""
+        """Errors of the scalars in their units. What is given, or not there, has none."""
         solved, scalars = self.solved, self.scalars
         if not self.solved.patches:
             return {}
         errors = self.force_errors
         if solved.problem.vertical is not None:
-            errors["height_mm"] = 1e6 * self.shared.height / scalars["approach_max_um"]
+            errors["height_mm"] = 1e3 * self.shared.height
         if solved.problem.finds_roll:
             errors["roll_mrad"] = 1e3 * self.shared.roll
         radii = {side: largest.rolling_radius_error for side in solved.problem.sides if (largest := self.largest(side))}
-        errors |= {f"rolling_radius_{side}_mm": error / self.rolling_radius(side) for side, error in radii.items()}
+        errors |= {f"rolling_radius_{side}_mm": 1e3 * error for side, error in radii.items()}
         if len(radii) == len(SIDES):
             errors["rolling_radius_difference_mm"] = 1e3 * sum(radii.values())
         if solved.problem.finds_speed:
-            errors["angular_velocity_rad_s"] = self.shared.velocity
+            errors["angular_velocity_rad_s"] = self.shared.velocity * abs(scalars["angular_velocity_rad_s"])
         for side in solved.problem.sides:
             lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
             ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
             errors[f"lateral_over_vertical_{side}"] = (
-                float(passed_on([lateral, vertical], [1.0, ratio])) * abs(scalars["track_force_z_N"]) / carried
-                if carried else math.nan)
-        errors |= {name: error / (error_scale(name, scalars) or math.nan) for name, (_, error) in self.together.items()
-                   if error is not None}
-        rises = [self.together[name][1] or 0.0 for name in (f"temperature_rise_max_{body}_K" for body in BODIES)
+                float(passed_on([lateral, vertical], [1.0, ratio])) / carried if carried else math.nan)
+        errors |= {name: error for name, (_, error) in self.together.items()}
+        rises = [self.together[name][1] for name in (f"temperature_rise_max_{body}_K" for body in BODIES)
                  if name in self.together]
-        hottest = scalars["temperature_rise_max_K"] or math.nan
-        return errors | {"temperature_rise_max_K": max(rises, default=math.nan) / hottest}
+        return errors | {"temperature_rise_max_K": max(rises, default=math.nan)}
 
 
 def _together(name: str, join: Callable[[Iterable[float]], float], summaries: Sequence[Mapping[str, Any]]) -> Together:
-    """A scalar of several contacts together, nan if none has it, and its error in the scalar's unit; None if it has none."""
+    """A scalar of several contacts together, nan if none has it, and its error in the scalar's unit; nan if it has none."""
     mine = [summary for summary in summaries if computed(summary.get(name))]
-    errors = [absolute_error(name, summary) for summary in mine]
+    errors = [summary["uncertainty"].get(name, math.nan) for summary in mine]
     largest = math.nan if any(map(math.isnan, errors)) else (math.fsum if join is math.fsum else max)([0.0, *errors])
-    estimated = any(name in summary["error"] for summary in mine)
-    return join(summary[name] for summary in mine) if mine else math.nan, largest if estimated else None
+    return join(summary[name] for summary in mine) if mine else math.nan, largest

@@ -111,14 +111,14 @@ def evolution(problem: Problem, start: ContactState | None = None, *, threads: i
 
 def _solved(problem: Problem, state: ContactState, result: Result) -> ContactState:
     """`state` with its result and what follows from it."""
-    wear, errors = result.problem.wear, result.error
+    wear = result.problem.wear
     assert wear is not None
     half, dx = 0.5 * float(result.y[1] - result.y[0]), float(result.x[1] - result.x[0])
     edges = np.append(result.y - half, result.y[-1] + half)
     rates: dict[str, Array] = {
         body: state.rows.averages(edges, worn_per_passage(result.problem, worn, result.coupled.fields, dx) / worn.track_length)
         for body, worn in wear.bodies.items()}
-    known = {str(body): rate_errors(errors, body) if rates[body].any() else (0.0, 0.0) for body in BODIES}
+    known = {str(body): rate_errors(result, body) if rates[body].any() else (0.0, 0.0) for body in BODIES}
     state = replace(state, result=result, rates=rates, rate_errors=known, columns=_of_result(result))
     if not result.converged:
         return replace(state, reason=f"step {state.steps} did not converge: {result.reason}")
@@ -128,9 +128,10 @@ def _solved(problem: Problem, state: ContactState, result: Result) -> ContactSta
     return replace(state, longest=_longest(wear, state, result))
 
 
-def rate_errors(errors: Mapping[str, float], body: BodyName) -> tuple[float, float]:
+def rate_errors(result: Result, body: BodyName) -> tuple[float, float]:
     """Relative errors of the largest depth and of the cross-section that one passage wears off a body; nan if unknown."""
-    return errors.get(f"wear_depth_max_{body}_nm", math.nan), errors.get(f"wear_area_{body}_um2", math.nan)
+    depth, area = f"wear_depth_max_{body}_nm", f"wear_area_{body}_um2"
+    return result.uncertainty[depth] / result[depth], result.uncertainty[area] / result[area]
 
 
 def _unworn(problem: Problem, solver: Solver) -> ContactState:

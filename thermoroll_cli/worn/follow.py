@@ -14,7 +14,8 @@ from typing import Any
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case, solvable
 from thermoroll_cli.files.csv_table import csv_text
-from thermoroll_cli.files.result.hdf5 import file_image
+from thermoroll_cli.files.result.labelled import save
+from thermoroll_cli.files.result.outcome import KIND, tree_of
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem, Wear
 from thermoroll_cli.problem.result import Result
@@ -27,9 +28,9 @@ from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 from thermoroll_cli.worn.evolution import ContactState, evolution
 from thermoroll_cli.worn.service import outlines_of, positions_of, service, worn_outlines
 from thermoroll_cli.worn.steps import WearState, reached
-from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, worn_case, write_group, write_profiles
+from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, wear_node, worn_case, write_profiles
 
-LAYOUT = 2
+LAYOUT = 3
 """Raised whenever records of the journal change."""
 
 
@@ -39,7 +40,7 @@ class Evolution:
 
     Attributes:
 
-    - `rows`: a mapping per step, under the names of NAME_wear.csv; `NAME_error` is the estimated error of NAME in its unit;
+    - `rows`: a mapping per step, under the names of NAME_wear.csv; `uncertainty.NAME` is the estimated error in its unit;
     - `snapshots`: profiles and loads of some steps over y, or the worn depths of a wheelset's outlines, in SI units;
     - `outlines`: of a wheelset, points (y, z) in m of the new and of the worn outline by name (`wheel_right`, …);
     - `result`: that of the last step, with the worn case; of a wheelset at the first of its positions; None if that is none;
@@ -159,6 +160,6 @@ def _written(done: Evolution, folder: pathlib.Path, state: WearState, command_li
     write_bytes(files[0], csv_text(names, rows).encode())
     if done.result is not None:
         files.append(stem.with_suffix(".h5"))
-        write_bytes(files[1], file_image(done.result, command_line, more=lambda file:
-                                         write_group(file, done.rows, done.snapshots)))
+        tree = tree_of(done.result)
+        save(files[1], replace(tree, nodes={**tree.nodes, "wear": wear_node(done.rows, done.snapshots)}), KIND, command_line)
     return (*files, *write_profiles(folder, done.case, state))

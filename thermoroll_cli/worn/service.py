@@ -145,10 +145,10 @@ def depths_of(result: Result, outlines: Mapping[str, Outline]) -> dict[str, Arra
 def rate_errors_of(result: Result, name: str) -> tuple[float, float]:
     """Relative error of the largest depth, and error in m² of the cross-section, that one passage wears off an outline."""
     body = _body_of(name)
-    mine = [(rate_errors(patch.error, body), patch.coupled.scalars[f"wear_area_{body}_um2"])
-            for patch in _patches(result, name)]
-    return max((shape for (shape, _), area in mine if area), default=0.0), 1e-12 * math.fsum(
-        error * area for (_, error), area in mine if area)
+    area = f"wear_area_{body}_um2"
+    mine = [patch for patch in _patches(result, name) if patch[area]]
+    return (max((rate_errors(patch, body)[0] for patch in mine), default=0.0),
+            1e-12 * math.fsum(patch.uncertainty[area] for patch in mine))
 
 
 def _patches(result: Result, name: str) -> list[Result]:

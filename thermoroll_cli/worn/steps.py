@@ -11,7 +11,7 @@ import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import peak_value
-from thermoroll_cli.problem.names import ALL_SCALARS, ERROR, unit_end
+from thermoroll_cli.problem.names import ALL_SCALARS, UNCERTAINTY, unit_end
 from thermoroll_cli.problem.problem import Wear
 
 REACHED = 1e-6
@@ -104,7 +104,7 @@ class WearState:
         """Values of all columns, then their errors."""
         columns: Columns = {"distance_km": (1e-3 * self.distance, None)} | self.columns
         return ({name: value for name, (value, _) in columns.items()}
-                | {f"{name}{ERROR}": error for name, (_, error) in columns.items() if error is not None})
+                | {f"{UNCERTAINTY}{name}": error for name, (_, error) in columns.items() if error is not None})
 
 
 State = TypeVar("State", bound=WearState)
@@ -156,8 +156,8 @@ def _error_shares(before: WearState, state: WearState) -> dict[str, Array]:
 
 def meaning_of(column: str) -> str:
     """What a column is, in words."""
-    if column.endswith(ERROR):
-        return f"estimated error: {meaning_of(column.removesuffix(ERROR))}"
+    if column.startswith(UNCERTAINTY):
+        return f"estimated error: {meaning_of(column.removeprefix(UNCERTAINTY))}"
     for base, meaning in BASES.items():
         if column == base:
             return meaning

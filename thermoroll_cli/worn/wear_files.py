@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import json
 import pathlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-import h5py
 import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.result.labelled import Labelled, Node, axis
 from thermoroll_cli.problem.geometry import surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Wear, planar
 from thermoroll_cli.steady_state.scalars import sliding
@@ -99,31 +99,25 @@ class Snapshots:
                        for name in ("line_load", "T_gamma_per_area"))
         return cls(distances, y, profiles, np.asarray(loads), np.asarray(work))
 
-    @property
-    def datasets(self) -> Iterator[tuple[str, Array, str, str]]:
-        """Name, values, unit and meaning of each dataset."""
-        yield "distance", self.distances, "m", "distance rolled"
-        for name, depth in self.depths.items():
-            where = " ".join(reversed(name.split("_")))
-            yield f"length_{name}", self.lengths[name], "m", f"middle of a row along the new outline of the {where}"
-            yield f"depth_{name}", depth, "m", f"depth worn off the {where}"
-        if self.profiles:
-            yield "y", self.y, "m", "lateral"
-            for body, heights in self.profiles.items():
-                yield f"profile_{body}", heights, "m", f"height of the {body} body"
-            yield "line_load", self.loads, "N/m", "pressure integrated along rolling"
-            yield "T_gamma_per_area", self.work, "Pa", "largest frictional work per area and distance rolled"
 
-
-def write_group(file: h5py.File, rows: Sequence[Record], kept: Snapshots) -> None:
-    """The group /wear: columns over the steps, and the snapshots."""
-    group = file.create_group("wear")
-    steps = group.create_group("steps")
-    for name in rows[0]:
-        column = [row.get(name, np.nan) for row in rows]
-        steps.create_dataset(name, data=column).attrs["long_name"] = meaning_of(name)
-    for name, values, unit, meaning in kept.datasets:
-        group.create_dataset(name, data=values).attrs.update({"units": unit, "long_name": meaning})
+def wear_node(rows: Sequence[Record], kept: Snapshots) -> Node:
+    """The node `wear` of a result: columns over the `steps`, and the snapshots."""
+    steps = axis("step", np.arange(len(rows))) | {
+        name: Labelled(("step",), np.array([row.get(name, np.nan) for row in rows]), meaning=meaning_of(name))
+        for name in rows[0]}
+    arrays = axis("distance", kept.distances, "m", "distance rolled")
+    for name, depth in kept.depths.items():
+        where = " ".join(reversed(name.split("_")))
+        arrays |= axis(f"length_{name}", kept.lengths[name], "m", f"middle of a row along the new outline of the {where}")
+        arrays[f"depth_{name}"] = Labelled(("distance", f"length_{name}"), depth, "m", f"depth worn off the {where}")
+    if kept.profiles:
+        over = ("distance", "y")
+        arrays |= axis("y", kept.y, "m", "lateral") | {
+            **{f"profile_{body}": Labelled(over, heights, "m", f"height of the {body} body")
+               for body, heights in kept.profiles.items()},
+            "line_load": Labelled(over, kept.loads, "N/m", "pressure integrated along rolling"),
+            "T_gamma_per_area": Labelled(over, kept.work, "Pa", "largest frictional work per area and distance rolled")}
+    return Node(arrays, nodes={"steps": Node(steps)})
 
 
 def worn_points(task: Problem | WheelsetProblem, state: WearState) -> dict[str, list[list[float]]]:

@@ -6,6 +6,7 @@ import math
 import os
 import pathlib
 from collections.abc import Mapping
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,7 +15,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.atomic import replacing, write_bytes
 from thermoroll_cli.files.csv_table import csv_text
-from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
+from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, save
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
 from thermoroll_cli.problem.result import BodyStresses, Result, State, within_layers
@@ -23,38 +25,59 @@ from thermoroll_cli.stress.strength import von_mises
 from thermoroll_cli.stress.superposition import Beyond, StressTransforms
 
 Path = str | os.PathLike[str]
+SIDES = {"lower": -1.0, "upper": 1.0}
+"""Signs of the heights of layers in meshes."""
 
 
 def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     """Write an XDMF file at `out` that shows the fields in the HDF5 file at `result_path`, without copying them: that file is
-    referred to by a path relative to `out`, so move both together.
+    referred to by a path relative to `out`, so move both together, and NAME_points.hdf5 with the places of the elements.
 
     The fields are stored (x, y), where y is the fastest index. XDMF's rectilinear meshes want x to be the fastest and would
-    mirror them at the diagonal, so the mesh is a structured one with the explicit points of `/mesh`, the element centres.
+    mirror them at the diagonal, so the mesh is a structured one with explicit points, the element centres.
     Tractions and slip are vectors, too, in the plane of the contact. A state without thermal deformation that has points of its
-    own (`/mesh_isothermal`) is a grid of its own, and so is each body with fields on all layers: the lower body at z < 0, its
+    own is a grid of its own, and so is each body with fields on all layers: the lower body at z < 0, its
     stresses in its own frame (z into the body). Contacts of an assembly are grids in axes of their own.
 
     Returns the files written. Raises ResultFileError if there is no result to point to, WriteError if `out` cannot be written.
     """
-    result = read_result(result_path)
+    result, out = read_result(result_path), pathlib.Path(out)
     hdf5 = os.path.relpath(os.path.realpath(result_path), os.path.dirname(os.path.realpath(out)))
-    root = ElementTree.Element("Xdmf", Version="2.0")
+    root, points = ElementTree.Element("Xdmf", Version="2.0"), _Points(out.with_name(f"{out.stem}_points.hdf5"), {})
     domain = ElementTree.SubElement(root, "Domain")
     for name, contact in result.by_suffix.items():
         inside = f"/patches/{contact.name}" if name else ""
-        _add_contact(domain, contact, f"{contact.name}: " if name else "", f"{hdf5}:{inside}")
+        _add_contact(domain, contact, f"{contact.name}: " if name else "", f"{hdf5}:{inside}", points)
     ElementTree.indent(root)
+    save(points.path, Node(nodes=points.meshes), "points of a mesh")
     write_bytes(out, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
-    return [pathlib.Path(out)]
+    return [out, points.path]
 
 
-def _add_contact(domain: ElementTree.Element, result: Result, name: str, where: str) -> None:
+class _Points(NamedTuple):
+    """The meshes of a file of points, whose name does not end as those of results do: they are often meant together."""
+
+    path: pathlib.Path
+    meshes: dict[str, Node]
+
+    def add(self, x: Array, y: Array, z: Array) -> str:
+        """Put the points of a grid there, in single precision (nz, nx, ny, 3), or (nx, ny, 3) on one layer; return where."""
+        depth, along, across = np.meshgrid(*(np.asarray(each, dtype=np.float32) for each in (z, x, y)), indexing="ij")
+        values = np.stack([along, across, depth], axis=-1)
+        values = values if len(z) > 1 else values[0]
+        sides, name = (*"ijk"[: values.ndim - 1], "coordinate"), f"mesh_{len(self.meshes)}"
+        indices = (axis(side, np.arange(length)) for side, length in zip(sides, values.shape, strict=True))
+        self.meshes[name] = Node({key: array for each in indices for key, array in each.items()}
+                                 | {"points": Labelled(sides, values, "m", "x, y, z of the element centres")})
+        return f"{self.path.name}:/{name}/points"
+
+
+def _add_contact(domain: ElementTree.Element, result: Result, name: str, where: str, points: _Points) -> None:
     """The grids of a contact, which is called `name` and stored below `where`."""
     for group, prefix, state in _states(result):
         if not prefix or result.own_grids:
-            title, mesh = ("contact without thermal deformation", "/mesh_isothermal") if prefix else ("contact", "/mesh")
-            grid = _add_grid(domain, name + title, (state.x.size, state.y.size), f"{where}{mesh}/points")
+            title = "contact without thermal deformation" if prefix else "contact"
+            grid = _add_grid(domain, name + title, (state.x.size, state.y.size), points.add(state.x, state.y, np.zeros(1)))
         for field, values in state.fields.items():
             _add_field(grid, prefix + field, values, f"{where}{group}/{field}")
         for family in ("shear", "slip"):
@@ -63,9 +86,9 @@ def _add_contact(domain: ElementTree.Element, result: Result, name: str, where: 
     for body, stresses in result.bodies.items():
         if stresses.fields:
             shape = next(iter(stresses.fields.values())).shape
-            grid = _add_grid(domain, f"{name}{body} body", shape, f"{where}/mesh/subsurface_{body}")
+            grid = _add_grid(domain, f"{name}{body} body", shape, points.add(result.x, result.y, SIDES[body] * stresses.depths))
             for field, values in stresses.fields.items():
-                _add_field(grid, field, values, f"{where}/subsurface/{body}/{field}")
+                _add_field(grid, field, values, f"{where}/{body}/{field}")
 
 
 def _add_grid(domain: ElementTree.Element, title: str, shape: tuple[int, ...], points: str) -> ElementTree.Element:
@@ -103,8 +126,8 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
     """Write one line per grid point to `out`, along y first: x_mm, y_mm and every field, with the unit in the column's name and
     10 significant digits; a value that was not computed is `nan`.
 
-    An assembly becomes a table of its patches, with their errors in columns `error.NAME`, and such a file for each of them,
-    NAME_left_1.csv.
+    An assembly becomes a table of its patches, with their errors in columns `uncertainty.NAME`, and such a file for each of
+    them, NAME_left_1.csv.
 
     Columns of the isothermal state start with `isothermal_`; they are left out where both states are the same, and stand in a
     file of their own beside `out`, NAME_isothermal.csv, where that state has points of its own.
@@ -113,9 +136,9 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
     """
     result, path = read_result(result_path), pathlib.Path(out)
     if result.assembly:
-        rows = [patch | {f"error.{name}": error for name, error in patch["error"].items() if not math.isnan(error)}
+        rows = [patch | {f"uncertainty.{name}": error for name, error in patch["uncertainty"].items() if not math.isnan(error)}
                 for patch in map(dict, result.records)]
-        columns = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "error"]
+        columns = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "uncertainty"]
         table = csv_text(columns or ["side", "number"], ([row.get(name, "") for name in columns] for row in rows))
         write_bytes(path, table.encode())
     return [*([path] if result.assembly else []), *(
@@ -136,8 +159,8 @@ def _export_points(result: Result, path: pathlib.Path) -> list[pathlib.Path]:
     return list(tables)
 
 
-def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pathlib.Path]:
-    """Write the stress history of a material point to `out`: since the state is steady, a line of rolling at lateral position
+def export_stress_path(result_path: Path, out: Path, y: float, z: float) -> list[pathlib.Path]:
+    """Write the stresses that a material point meets to `out`: since the state is steady, a line of rolling at lateral position
     `y` and depth `z` (m), with a line per element along x, and of ever longer elements outside the domain until it is unloaded
     (`FAR`; the wake of heat may be longer).
 
@@ -145,12 +168,12 @@ def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pat
     temperature rise of each body stored, with the unit in the column's name (`lower_stress_xx_MPa`, …). Stresses are in the
     body's own frame, z into the body; values between depths and rows are of cubic splines, at an interface those above it.
 
-    Contacts of an assembly have a file each, NAME_left_1_history.csv.
+    Contacts of an assembly have a file each, NAME_left_1_stress_path.csv.
 
     Raises ResultFileError where the file holds no stresses there, ValueError for a line outside the domain, WriteError.
     """
     path = pathlib.Path(out)
-    end = "_history.csv" if path.name.endswith("_history.csv") else path.suffix
+    end = "_stress_path.csv" if path.name.endswith("_stress_path.csv") else path.suffix
     return [_export_line(result_path, contact, path.with_name(f"{path.name.removesuffix(end)}{name}{end}"), y, z)
             for name, contact in read_result(result_path).by_suffix.items()]
 
@@ -192,7 +215,7 @@ def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping
 
 
 FAR = (4, 16, 64)
-"""Lengths of the domains on which a history goes on, over that of the domain: stresses fall to 1e-3 or less of the largest."""
+"""Lengths of the domains on which a line goes on, over that of the domain: stresses fall to 1e-3 or less of the largest."""
 
 
 def _outside(result: Result, body: str, y: float, z: float, *, thermal: bool) -> tuple[Array, dict[str, Array]]:
@@ -242,4 +265,5 @@ def _write_csv(out: pathlib.Path, columns: Mapping[str, AnyArray]) -> None:
 def _states(result: Result) -> list[tuple[str, str, State]]:
     """HDF5 group, prefix of the names and fields of each state; only one where nothing feeds back."""
     states = [("/fields", "", result.coupled)]
-    return states if result.isothermal is result.coupled else [*states, ("/isothermal", "isothermal_", result.isothermal)]
+    return states + ([("/isothermal/fields", "isothermal_", result.isothermal)]
+                     if result.isothermal is not result.coupled else [])

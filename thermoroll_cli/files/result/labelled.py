@@ -1,0 +1,293 @@
+"""Trees of labelled arrays, and the HDF5 files that hold them: every file of numbers of this program.
+
+A node has arrays over named axes, each with its unit and its meaning, attributes, and further nodes. An array over the axis of
+its own name is that axis. `xarray.open_datatree` opens the same files.
+
+A file is built in memory and written in one go (`atomic.write_bytes`): HDF5 has no good answer to a disk that fills up while a
+file is open, a byte string has. What is read is checked first, since anybody may have written it: a file may name other files,
+claim more numbers than the memory holds, or be damaged.
+"""
+
+from __future__ import annotations
+
+import datetime
+import functools
+import json
+import math
+import os
+import pathlib
+import platform
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import h5py
+import numpy as np
+import scipy
+from h5py import h5a, h5d, h5ds, h5g, h5o, h5p, h5s, h5t
+
+from thermoroll_cli import __version__
+from thermoroll_cli.arrays import AnyArray
+from thermoroll_cli.atomic import write_bytes
+from thermoroll_cli.numerics.convolution import fftw
+
+FORMAT_VERSION = 4
+"""Raised whenever a reader of the previous layout would misread a file."""
+
+PROGRAM = "thermoroll"
+
+LAYOUT = ("v110", "v110")
+"""HDF5 1.10's layout on disk: the oldest with checksums over everything that says where numbers lie."""
+
+MOST_COMPRESSED = 64
+"""Bytes of numbers per byte in a file; ours have 5 at most, and one of 20,000 would fill the memory from a small file."""
+
+Attribute = str | int | float
+
+
+class ResultFileError(OSError):
+    """A file is not one of this program, or not a whole one. The message names it and its fault."""
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """`values` over `axes`, with their unit and meaning; `compressed` in a file, for very many."""
+
+    axes: tuple[str, ...]
+    values: AnyArray
+    units: str = ""
+    meaning: str = ""
+    compressed: bool = False
+
+
+@dataclass(frozen=True)
+class Node:
+    """`arrays` and further `nodes` by name, and `attributes`."""
+
+    arrays: Mapping[str, Labelled] = field(default_factory=dict)
+    attributes: Mapping[str, Attribute] = field(default_factory=dict)
+    nodes: Mapping[str, Node] = field(default_factory=dict)
+
+    def texts(self, name: str) -> list[str]:
+        """The array `name` of texts."""
+        return [str(value) for value in self.arrays[name].values.tolist()]
+
+    def json(self, name: str, default: Any = None) -> Any:
+        """The attribute `name`, a text in JSON; `default` where there is none."""
+        return json.loads(str(self.attributes[name])) if name in self.attributes else default
+
+
+def axis(name: str, values: Any, units: str = "", meaning: str = "") -> dict[str, Labelled]:
+    """The array that is the axis `name`."""
+    return {name: Labelled((name,), np.asarray(values), units, meaning)}
+
+
+def of_texts(texts: Mapping[str, str]) -> Node:
+    """Texts of any length by name: an attribute is held in memory whole."""
+    return Node(axis("part", [0]) | {name: Labelled(("part",), np.array([storable(text)])) for name, text in texts.items()})
+
+
+# --- writing ---------------------------------------------------------------------------------------------------------
+
+
+def save(path: str | os.PathLike[str], tree: Node, kind: str, command_line: str = "Python") -> None:
+    """Write the file of `image` to `path`, complete or not at all. Raises `atomic.WriteError` (an OSError) with a plain message
+    if the disk is full, the folder read-only, …."""
+    write_bytes(path, image(tree, kind, command_line))
+
+
+def image(tree: Node, kind: str, command_line: str) -> bytes:
+    """The content of the file of a `tree`, of a `kind` as "result". Equal trees give bit-identical datasets; only the root
+    attributes `created` and `command_line` differ between two runs."""
+    # It grows by so large steps that big files are not copied over and over.
+    with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=4 * 2**20, libver=LAYOUT) as file:
+        pyfftw = fftw()
+        _write(h5g.open(file.id, b"/"), Node(tree.arrays, {
+            **tree.attributes, "program": PROGRAM, "kind": kind, "format_version": FORMAT_VERSION,
+            "program_version": __version__, "command_line": command_line,
+            "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+            "python_version": platform.python_version(), "numpy_version": np.__version__, "scipy_version": scipy.__version__,
+            "fftw_version": pyfftw.fftw_version, "pyfftw_version": pyfftw.__version__, "h5py_version": h5py.__version__,
+            "hdf5_version": h5py.version.hdf5_version,
+            "platform": f"{platform.system()} {platform.release()} {platform.machine()}"}, tree.nodes))  # fmt: skip
+        file.flush()
+        content: bytes = file.id.get_file_image()
+    return content
+
+
+def _write(group: h5g.GroupID, node: Node) -> None:
+    for name, value in node.attributes.items():
+        _attribute(group, name, value)
+    written: dict[str, h5d.DatasetID] = {}
+    for name, array in sorted(node.arrays.items(), key=lambda item: item[1].axes != (item[0],)):  # axes first
+        values = array.values if array.values.dtype.kind != "U" else np.char.encode(array.values, "utf-8", "backslashreplace")
+        values = np.ascontiguousarray(values)
+        made = h5p.create(h5p.DATASET_CREATE)
+        made.set_obj_track_times(False)
+        if values.size:
+            made.set_chunk(values.shape if values.ndim < 3 else (1, *values.shape[1:]))
+            if array.compressed:
+                made.set_shuffle()
+                made.set_deflate(4)
+            made.set_fletcher32()
+        item = h5d.create(group, name.encode(), _stored(values.dtype.kind, values.dtype.itemsize),
+                          h5s.create_simple(values.shape), made)  # fmt: skip
+        item.write(h5s.ALL, h5s.ALL, values, mtype=_stored(values.dtype.kind, values.dtype.itemsize))
+        for label, text in (("axes", " ".join(array.axes)), ("units", array.units), ("long_name", array.meaning)):
+            if text:
+                _attribute(item, label, text)
+        written[name] = item
+        if array.axes == (name,):
+            h5ds.set_scale(item, name.encode())
+        else:
+            for number, along in enumerate(array.axes):
+                h5ds.attach_scale(item, written[along], number)
+    for name, inner in node.nodes.items():
+        _write(h5g.create(group, name.encode()), inner)
+
+
+_ONE = h5s.create(h5s.SCALAR)
+
+
+def _attribute(item: h5g.GroupID | h5d.DatasetID, name: str, value: Attribute) -> None:
+    """A new attribute. Texts have a fixed length: HDF5 keeps others in a heap without checksums. `AttributeManager.create`
+    takes four times as long."""
+    content = np.array(storable(value).encode() or b"\0" if isinstance(value, str) else value)
+    kind = _stored(content.dtype.kind, max(1, content.dtype.itemsize))
+    h5a.create(item, name.encode(), kind, _ONE).write(content, mtype=kind)
+
+
+@functools.cache
+def _stored(kind: str, size: int) -> h5t.TypeID:
+    """The HDF5 type of numbers, and of texts of `size` bytes."""
+    return h5t.py_create(h5py.string_dtype("utf-8", size) if kind == "S" else np.dtype(f"{kind}{size}"), logical=True)
+
+
+def storable(value: str) -> str:
+    """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them)."""
+    return value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace").decode()
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+
+def load(path: str | os.PathLike[str], kind: str, without: Collection[str] = ()) -> Node:
+    """The tree in the file of this `kind` at `path`, but for the arrays of nodes called as one of `without`. Raises
+    ResultFileError for a file that is missing, unreadable, foreign, damaged, or of another kind or version."""
+    path = pathlib.Path(path)
+    if fault := _fault(path):
+        raise ResultFileError(f"{path}: {fault}")
+    try:
+        # No lock: files are replaced whole, never edited, and some network file systems cannot lock.
+        with h5py.File(path, "r", locking=False) as file:
+            known = {name: _value(file, name) for name in ("program", "kind", "format_version", "program_version")
+                     if name in file.attrs}
+            if known.get("program") != PROGRAM or "format_version" not in known:
+                raise ResultFileError(f"{path}: an HDF5 file, but not a {PROGRAM} {kind}")
+            if (stored := known.get("kind", "result")) != kind:
+                raise ResultFileError(f"{path}: a {PROGRAM} {stored}, not a {kind}")
+            if (version := known["format_version"]) != FORMAT_VERSION:
+                raise ResultFileError(
+                    f"{path}: {kind} format {version}, written by {PROGRAM} {known.get('program_version', 'unknown')}; this "
+                    f"version reads format {FORMAT_VERSION} only: make it again")
+            # All of it is checked before anything is read.
+            checked = list(_checked(file, {file.id.__hash__()}, without))
+            return _read(file, {item.name: axes for item, axes in checked})
+    except ResultFileError:
+        raise
+    except _Foreign as cause:
+        raise ResultFileError(f"{path}: damaged or foreign {kind} file ({cause})") from None
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError, OverflowError, MemoryError) as cause:
+        detail = cause.args[0] if cause.args else type(cause).__name__
+        damage = "truncated HDF5 file, its end is missing" if "truncated" in str(cause) else f"damaged {kind} file ({detail})"
+        raise ResultFileError(f"{path}: {damage}") from cause
+
+
+def is_kind(path: pathlib.Path, kind: str) -> bool:
+    """Whether the file at `path` says that it is of this `kind`; a damaged one does not, and reading it reports the fault."""
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return _value(file, "kind") == kind
+    except (OSError, RuntimeError, KeyError, ValueError):
+        return False
+
+
+class _Foreign(ValueError):
+    """What no file of this program has."""
+
+
+def _fault(path: pathlib.Path) -> str:
+    """Why the file at `path` cannot be HDF5; empty if it may be."""
+    if path.exists() and not path.is_file():
+        return "this is a folder, not a result file" if path.is_dir() else "not a regular file"
+    try:
+        with open(path, "rb") as stream:
+            start = stream.read(8)
+    except FileNotFoundError:
+        return "no such file"
+    except OSError as cause:
+        return f"cannot be read ({cause.strerror or cause})"
+    if not start:
+        return "the file is empty"
+    return "" if start == b"\x89HDF\r\n\x1a\n" else "not an HDF5 file"
+
+
+def _checked(group: h5py.Group, seen: set[int], without: Collection[str]) -> Iterator[tuple[h5py.Dataset, tuple[str, ...]]]:
+    """Every dataset below `group` that is to be read, with its axes. Raises _Foreign for what no file of this program has:
+    links into other files, numbers that lie elsewhere, are no numbers or texts, or fill more than the file could hold."""
+    shapes, items = dict[str, tuple[int, ...]](), list[tuple[h5py.Dataset, tuple[str, ...]]]()
+    for name in group:
+        where = f"{group.name.rstrip('/')}/{name}"
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise _Foreign(f"{where} is a link")
+        item = group[name]
+        address = h5o.get_info(item.id).addr
+        if address in seen:
+            raise _Foreign(f"{where} has two names")
+        seen.add(address)
+        if isinstance(item, h5py.Group):
+            yield from _checked(item, seen, without)
+            continue
+        if not isinstance(item, h5py.Dataset):
+            raise _Foreign(f"{where} is neither a group nor an array")
+        kind, made = item.id.get_type(), item.id.get_create_plist()
+        if made.get_external_count() or made.get_layout() == h5d.VIRTUAL:
+            raise _Foreign(f"{where} lies in another file")
+        if kind.get_class() not in (h5t.INTEGER, h5t.FLOAT) and not (
+                kind.get_class() == h5t.STRING and not kind.is_variable_str()):
+            raise _Foreign(f"{where} holds neither numbers nor texts")
+        size = math.prod(item.shape) * kind.get_size()
+        if item.id.get_space().get_simple_extent_type() != h5s.SIMPLE or size > MOST_COMPRESSED * item.id.get_storage_size():
+            raise _Foreign(f"{where} is to hold {item.shape} numbers, which the file has not")
+        axes = tuple(str(_value(item, "axes")).split())
+        shapes[name] = item.shape
+        items.append((item, axes))
+    for item, axes in items:
+        if len(set(axes)) < len(axes) or item.shape != tuple(shapes[along][0] for along in axes):
+            raise _Foreign(f"{item.name} has the shape {item.shape}, and not that of its axes {', '.join(axes)}")
+    if group.name.rpartition("/")[2] not in without:
+        yield from items
+
+
+def _read(group: h5py.Group, wanted: Mapping[str, tuple[str, ...]]) -> Node:
+    arrays, nodes = dict[str, Labelled](), dict[str, Node]()
+    for name, item in group.items():
+        if isinstance(item, h5py.Group):
+            nodes[name] = _read(item, wanted)
+        elif item.name in wanted:
+            values = item[()]
+            values = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+            units, meaning = (str(_value(item, label)) if label in item.attrs else "" for label in ("units", "long_name"))
+            arrays[name] = Labelled(wanted[item.name], values, units, meaning)
+    return Node(arrays, {name: _value(group, name) for name in group.attrs}, nodes)
+
+
+def _value(item: h5py.HLObject, name: str) -> Attribute:
+    """An attribute as a plain Python value. Raises _Foreign for another than a number or a text."""
+    kind = item.attrs.get_id(name)
+    if kind.shape or kind.get_type().get_class() not in (h5t.INTEGER, h5t.FLOAT, h5t.STRING):
+        raise _Foreign(f"the attribute {name} of {item.name} is neither a number nor a text")
+    value = item.attrs[name]
+    if isinstance(value, bytes):
+        return value.decode("utf-8").rstrip("\0")
+    return value.item() if isinstance(value, np.generic) else str(value)
