@@ -345,7 +345,7 @@ def test_other_commands_say_what_they_take(tmp_path):
     assert "MBench_S1002_v3.prw: Simpack, 399 points in mm" in " ".join(call("show", tmp_path / "m.toml").stdout.split())
     assert call("validate", tmp_path / "m.toml").stdout.endswith("valid\n")
     table = call("wear", tmp_path / "m.toml", "-o", tmp_path)
-    assert table.returncode == 2 and "needs [wear] with distance_km" in table.stderr
+    assert table.returncode == 3 and "does not say how far the profiles wear" in table.stderr
 
 
 def test_tables_and_maps_of_patches_are_those_of_single_contacts(tmp_path):

@@ -159,7 +159,7 @@ def test_a_result_is_a_case_for_other_commands(folder: Path) -> None:
     shown = call("show", "results/m.h5", "--json", cwd=folder)
     assert json.loads(shown.stdout)["inputs"]["wheelset.lateral_shift_mm"]["value"] == 5.0
     worn = call("wear", "results/m.h5", "-o", "worn", cwd=folder)
-    assert worn.returncode == 2 and "needs [wear] with distance_km" in worn.stderr
+    assert worn.returncode == 3 and "does not say how far the profiles wear" in worn.stderr
 
 
 def test_python_takes_it_as_any_result(stored: Result, tmp_path: Path) -> None:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from thermoroll_cli.atomic import write_bytes
-from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.tables import folded
+from thermoroll_cli.cli import options
+from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.python_api import conicity as conicity_of
 from thermoroll_cli.sweeps.points import Axis
 from thermoroll_cli.wheelset.conicity import NUMBERS
+
+if TYPE_CHECKING:
+    from thermoroll_cli.cli.report import Section
 
 TABLES = {"conicity": ("amplitude_mm", "conicity", "wavelength_m"),
           "shifts": ("lateral_shift_mm", "rolling_radius_difference_mm", "contact_y_rail_left_mm", "contact_y_wheel_left_mm",
@@ -28,8 +33,10 @@ def conicity(
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
     formats: options.Formats = None,
+    dpi: options.Dpi = None,
     report: options.Report = False,
     quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> None:
     """Equivalent conicity after EN 15302 of the wheelset of a case, from profiles and gauge alone: nothing is loaded.
 
@@ -43,24 +50,27 @@ def conicity(
         with options.usage("--amplitude"), options.solvable(read, str(case)):
             found = conicity_of(read, amplitudes)  # type: ignore[arg-type]
     options.check_writable(output)
-    record, files = found.record(), []
-    for kind, columns in TABLES.items():
-        files.append(output / f"{read.name}_{kind}.csv")
-        write_bytes(files[-1], csv_text(columns, zip(*(record[name] for name in columns), strict=True)).encode())
-    if read.plots and not no_plots:
+    record, to = found.record(), Ending(output, as_json, no_plots, formats, dpi, report, quiet)
+
+    def write() -> Iterator[Path]:
+        for kind, columns in TABLES.items():
+            path = output / f"{read.name}_{kind}.csv"
+            write_bytes(path, csv_text(columns, zip(*(record[name] for name in columns), strict=True)).encode())
+            yield path
+
+    def draw() -> list[Path]:
         from thermoroll_cli.plots.conicity_figure import draw_conicity
 
-        files += [draw_conicity(output / f"{read.name}_conicity.{ending}", found, read.settings.title)
-                  for ending in options.image_formats(formats)]
-    if report:
+        return to.drawn(f"{read.name}_conicity", lambda path: draw_conicity(path, found, read.settings.title, dpi))
+
+    def section() -> Section:
         from thermoroll_cli.cli import report as page
 
-        files.append(page.write(output / f"{read.name}_conicity_report.html", [page.of_conicity(found, read)]))
-    if as_json:
-        streams.write_json({"name": read.name, **record, "files": [str(file) for file in files]})
-    elif not quiet:
-        for name, meaning in NUMBERS.items():
-            streams.write(f"  {name:18} {'none' if record[name] is None else f'{record[name]:.3f}':8} {meaning}")
-        for warning in found.warnings:
-            streams.write(*folded(f"warning: {warning}", streams.width()))
-        streams.write(*folded(f"wrote {', '.join(map(str, files))}", streams.width()))
+        return page.of_conicity(found, read)
+
+    raise typer.Exit(deliver(
+        to, read.name, f"{read.name}_conicity", write=write, draw=draw if read.plots else None, section=section, record=record,
+        lines=lambda: [f"  {name:18} {'none' if record[name] is None else f'{record[name]:.3f}':8} {meaning}"
+                       for name, meaning in NUMBERS.items()],
+        warnings=found.warnings, reason="" if any(value is not None for value in record["conicity"]) else
+        "no amplitude has an equivalent conicity"))

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.cli.tables import align, folded
+from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.tables import align
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.sweeps import fit as fitting
 from thermoroll_cli.sweeps.measured import Measured
+
+if TYPE_CHECKING:
+    from thermoroll_cli.cli.report import Section
 
 
 def fit(
@@ -39,6 +42,7 @@ def fit(
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
     formats: options.Formats = None,
+    dpi: options.Dpi = None,
     written_report: options.Report = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -62,34 +66,27 @@ def fit(
 
     with options.recorded(case, as_json), options.usage("DATA.csv"):
         found = fitting.fit(read, measured, free, jobs=jobs, skip_failed=skip_failed, report=report)
-    files = found.save(output, read.name)
-    if read.plots and not no_plots:
-        targets = [output / f"{read.name}_fit.{ending}" for ending in options.image_formats(formats)]
-        files += [style.save(found.figure(), target) for target in targets]
-    if written_report:
+    to = Ending(output, as_json, no_plots, formats, dpi, written_report, quiet)
+
+    def section() -> Section:
         from thermoroll_cli.cli import report as page
 
-        section = page.Section(
+        return page.Section(
             read.settings.title or read.name,
-            [f"A fit of {', '.join(found.parameters)} to {len(found.measured)} measured points."],
-            "" if found.converged else found.reason, found.warnings,
+            [f"A fit of {', '.join(found.parameters)} to {len(found.measured)} measured points."], found.reason, found.warnings,
             [page.Table(_values(found), ("", "value ± 95 %", "unit"), values=(1, 2))],
             page.pictures_of(lambda folder, kinds: [style.save(found.figure(), folder / f"fit.{kind}") for kind in kinds]),
             read.text, page.METHOD + " The values are those of least squares; the number behind ± is their 95 % interval.",
             estimated=False)  # fmt: skip
-        files.append(page.write(output / f"{read.name}_fit_report.html", [section]))
-    if as_json:
-        streams.write_json({"name": read.name, **found.record(), "files": files})
-    elif not quiet:
-        width, state = streams.width(), "converged" if found.converged else "NOT CONVERGED"
-        warnings = [line for text in found.warnings for line in folded(f"warning: {text}", width)]
-        streams.write(
+
+    state = "converged" if found.converged else "NOT CONVERGED"
+    raise typer.Exit(deliver(
+        to, read.name, f"{read.name}_fit", write=lambda: found.save(output, read.name), section=section,
+        draw=(lambda: to.drawn(f"{read.name}_fit", lambda path: style.save(found.figure(), path, dpi))) if read.plots else None,
+        record=found.record(), warnings=found.warnings, reason=found.reason,
+        lines=lambda: [
             f"{read.name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
-            *align([("value", "± 95 %", ""), *_values(found)]), *streams.in_colour(warnings, streams.YELLOW),
-            f"  wrote {', '.join(map(str, files))}")
-    if not found.converged:
-        streams.note(f"thermoroll: {read.name}: the fit did not converge: {found.reason}")
-    raise typer.Exit(ExitCode.FINE if found.converged else ExitCode.NOT_CONVERGED)
+            *align([("value", "± 95 %", ""), *_values(found)])]))
 
 
 def _values(found: fitting.Fit) -> list[tuple[str, str, str]]:

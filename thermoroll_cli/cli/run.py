@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import glob
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
@@ -24,6 +24,9 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars
 from thermoroll_cli.python_api import KINDS, solve
 from thermoroll_cli.refinement.plan import COARSEST
+
+if TYPE_CHECKING:
+    from thermoroll_cli.cli.report import Section
 
 
 def run(
@@ -56,10 +59,8 @@ def run(
         raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
     options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
-    drawing = {"formats": options.image_formats(formats), "dpi": dpi, "normalised": normalised}
-    write_files = partial(_write_files, folder=output, drawing=None if no_plots else drawing, report=report)
-    run_case = partial(_run_case, folder=output, write_files=write_files, threads=threads, as_json=as_json, quiet=quiet,
-                       verbose=verbose)
+    to = Ending(output, as_json, no_plots, formats, dpi, report, quiet)
+    run_case = partial(_run_case, to=to, normalised=normalised, threads=threads, verbose=verbose)
     valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
     twice = [name for name, count in Counter(case.name for case in valid).items() if count > 1]
     if twice:
@@ -103,72 +104,41 @@ def _attempt(case: Case, run_case: Callable[[Case], int], *, as_json: bool) -> i
     return ExitCode.INPUT_OUTPUT
 
 
-def _run_case(
-    case: Case, *, folder: Path, write_files: Callable[[Case, Result], list[Path]], threads: int, as_json: bool, quiet: bool,
-    verbose: bool,
-) -> int:
+def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose: bool) -> int:
     task = case.task
     plan = KINDS[type(task)].plan
-    progress = Progress(case.name, quiet=quiet, verbose=verbose,
+    progress = Progress(case.name, quiet=to.quiet, verbose=verbose,
                         steps=tuple if plan is None else lambda: plan(task).steps,
                         at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
     with progress:
         result = solve(task, threads=threads, report=progress).with_case(case.text, case.to_json())
-    code, files = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED, []
-    try:
-        files = write_files(case, result)
-    except OSError as cause:
-        # The computed scalars are still worth printing.
-        streams.error(f"{case.name}: {cause}")
-        code = ExitCode.INPUT_OUTPUT
-    if files and not quiet:
-        options.report_stale(_pictures_of(case, result, folder), files)
-    if as_json:
-        streams.write_json({"name": case.name, "title": case.settings.title, **result.summary(), "files": files})
-        for warning in result.warnings if not quiet else ():
-            streams.note(f"thermoroll: {case.name}: warning: {warning}")
-    elif not quiet:
-        streams.write(*_report(case, result, verbose))
-        if files:
-            pictures = [file for file in files[1:] if file.suffix != ".html"]
-            endings = (file.suffix for file in pictures)
-            kinds = ", ".join(f"{folder / case.name}_*{ending}" for ending in dict.fromkeys(endings))
-            streams.write(f"  wrote {files[0]}" + (f" and {len(pictures)} pictures {kinds}" if kinds else ""),
-                          *(f"  wrote {file}" for file in files[1:] if file not in pictures))
-    if not result.converged and (as_json or quiet):  # else the report says so
-        streams.note(f"thermoroll: {case.name} did not converge: {result.reason}")
-    return code
+    target = to.folder / f"{case.name}.h5"
 
+    def write() -> list[Path]:
+        write_result(target, result, options.command_line())
+        return [target]
 
-def _write_files(
-    case: Case, result: Result, *, folder: Path, drawing: Mapping[str, Any] | None, report: bool
-) -> list[Path]:
-    """The files of a result, written; `drawing` has the options of the pictures, None for no pictures."""
-    target = folder / f"{case.name}.h5"
-    write_result(target, result, options.command_line())
-    files = [target]
-    if drawing is not None and case.plots:
-        from thermoroll_cli.plots.pictures import draw
+    def draw() -> list[Path]:
+        from thermoroll_cli.plots import pictures
 
-        files += draw(result, folder / case.name, **drawing)
-    if report:
+        return pictures.draw(result, to.folder / case.name, formats=options.image_formats(to.formats), dpi=to.dpi,
+                             normalised=normalised)
+
+    def section() -> Section:
         from thermoroll_cli.cli import report as page
 
         # The file says with what it was computed.
         stored = replace(result, attributes=read_result(target, with_fields=False).attributes)
-        files.append(page.write(folder / f"{case.name}_report.html", [page.of_result(stored, case.name)]))
-    return files
+        return page.of_result(stored, case.name)
 
+    def drawable() -> list[str]:
+        from thermoroll_cli.plots.pictures import kinds_of
 
-def _pictures_of(case: Case, result: Result, folder: Path) -> Iterator[Path]:
-    """Every picture that a run of `case` may write; none where nothing is called like one, which costs no import."""
-    if not any(folder.glob(f"{glob.escape(case.name)}_*.*")):
-        return
-    from thermoroll_cli.plots.pictures import kinds_of
+        return [f"{case.name}_{kind}" for kind in kinds_of(result)]
 
-    for name in kinds_of(result):
-        for ending in options.ImageFormat:
-            yield folder / f"{case.name}_{name}.{ending}"
+    return deliver(to, case.name, case.name, write=write, draw=draw if case.plots else None, section=section,
+                   record={"title": case.settings.title, **result.summary()}, lines=lambda: _report(case, result, verbose),
+                   reason=result.reason, warnings=result.warnings, drawable=drawable)
 
 
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
@@ -182,11 +152,9 @@ def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     # A reason says already why a state on one grid alone has none.
     without = result.converged and not result.assembly and all(map(math.isnan, result.uncertainty.values()))
     head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
-    warnings = [line for warning in result.warnings for line in folded(f"warning: {warning}", width)]
     return [
-        *(head if result.converged else streams.in_colour([*head, *folded(result.reason, width)], streams.RED)),
+        *(head if result.converged else streams.in_colour(head, streams.RED)),
         *scalar_table(summary, single, both=both, width=width), *align(sides), *align(patches),
         *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
                  f"{2 * COARSEST} or more", width) if without else ()),
-        *streams.in_colour(warnings, streams.YELLOW),
     ]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import PointsProgress
-from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table, warnings_by_kind
+from thermoroll_cli.cli.tables import SHOWN_ROWS, sweep_table, warnings_by_kind
 from thermoroll_cli.exact.kalker import THEORIES
 from thermoroll_cli.files.case import CaseError, Override, case_name, shown
 from thermoroll_cli.sweeps.measured import Measured
@@ -20,6 +20,9 @@ from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 from thermoroll_cli.sweeps.table import Row, Rows, columns_of
 from thermoroll_cli.sweeps.table_files import read_sweep
 from thermoroll_cli.tasks.runner import Workers
+
+if TYPE_CHECKING:
+    from thermoroll_cli.cli.report import Section
 
 SHOWN_FAILURES = 5
 
@@ -51,6 +54,7 @@ def sweep(
     no_plots: options.NoPlots = False,
     threads: options.Threads = 1,
     formats: options.Formats = None,
+    dpi: options.Dpi = None,
     compare: options.Compare = "",
     report: options.Report = False,
     data: options.Data = None,
@@ -80,22 +84,42 @@ def sweep(
     _check(wanted, case, as_json=as_json, quiet=quiet)
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
-    targets = [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
-    pictures, why_not = _draw(rows, targets, theories, measured) if wanted.plots and not no_plots else ([], "")
-    reports = []
-    if report:
+    to, table, why_not = Ending(output, as_json, no_plots, formats, dpi, report, quiet), columns_of(rows, _title(points)), ""
+
+    def draw() -> list[Path]:
+        from thermoroll_cli.sweeps.table_picture import draw_table
+
+        nonlocal why_not
+        for ending in options.image_formats(formats):
+            try:
+                why_not = why_not or draw_table(table, output / f"sweep.{ending}", compare=theories, dpi=dpi, measured=measured)
+            except ValueError as cause:
+                why_not = str(cause)
+        return [] if why_not else [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
+
+    def section() -> Section:
         from thermoroll_cli.cli import report as page
 
-        found = read_sweep(output / (ARRAYS_NAME if scalars_only else TABLE_NAME))
-        reports = [page.write(output / "sweep_report.html", [page.of_sweep(found, case_name(case))])]
-    if not quiet:
-        options.report_stale((output / f"sweep.{ending}" for ending in options.ImageFormat), pictures)
-    if not (as_json or quiet):
-        written = [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))]
-        _report(rows, [*written, *pictures, *reports], why_not)
-    if failures > SHOWN_FAILURES:
-        streams.note(f"thermoroll: and {failures - SHOWN_FAILURES} more, see the column reason of {output / TABLE_NAME}")
-    raise typer.Exit(ExitCode.NOT_CONVERGED if failures else ExitCode.FINE)
+        return page.of_sweep(read_sweep(output / (ARRAYS_NAME if scalars_only else TABLE_NAME)), case_name(case))
+
+    def lines() -> Iterator[str]:
+        if len(rows) <= SHOWN_ROWS:
+            yield from sweep_table(list(rows), points, streams.width())
+        yield f"{len(rows) - failures} of {len(rows)} points converged"
+        if why_not:
+            yield f"  no picture: {why_not}"
+
+    files = sum(row.file is not None for row in rows)
+    raise typer.Exit(deliver(
+        to, case_name(case), "sweep", draw=draw if wanted.plots else None, section=section, record=None, lines=lines,
+        write=lambda: [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))],
+        warnings=list(warnings_by_kind((row.name, row.summary["warnings"]) for row in rows)) if not as_json else (),
+        reason=f"{failures} of {len(rows)} points: see the column reason of {output / TABLE_NAME}" if failures else "",
+        also=f" and {files} result file{'s' if files != 1 else ''}" if files else ""))
+
+
+def _title(points: Points) -> str:
+    return points.case(1).settings.title
 
 
 def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override], *, scalars_only: bool) -> tuple[Axis, ...]:
@@ -124,7 +148,7 @@ def _check(sweep: Sweep, case: Path, *, as_json: bool, quiet: bool) -> None:
 
 def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
     """The rows of all points, reported as they are solved, and how many did not converge."""
-    progress, title = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose), sweep.points.case(1).settings.title
+    progress, title = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose), _title(sweep.points)
     failures = printed = 0
     waiting: dict[int, Row] = {}
 
@@ -146,34 +170,3 @@ def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple
 
     with progress:
         return sweep.run(report=report, note=progress.note), failures
-
-
-def _draw(
-    rows: Rows, paths: list[Path], theories: Sequence[str], measured: Measured | None
-) -> tuple[list[Path], str]:
-    """The picture in each of the file types of `paths`, or why there is none."""
-    from thermoroll_cli.sweeps.table_picture import draw_table
-
-    table = columns_of(rows, rows.points.case(1).settings.title)
-    try:
-        why_not = next(filter(None, (draw_table(table, path, compare=theories, measured=measured) for path in paths)), "")
-    except ValueError as cause:
-        why_not = str(cause)
-    return ([], why_not) if why_not else (paths, "")
-
-
-def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
-    converged = files = 0
-    for row in rows:
-        converged += row.converged
-        files += row.file is not None
-    width = streams.width()
-    if len(rows) <= SHOWN_ROWS:
-        streams.write(*sweep_table(list(rows), rows.points, width))
-    for warning in warnings_by_kind((row.name, row.summary["warnings"]) for row in rows):
-        streams.write(*streams.in_colour(folded(f"warning: {warning}", width), streams.YELLOW))
-    streams.write(f"{converged} of {len(rows)} points converged")
-    also = f" and {files} result file{'s' if files != 1 else ''}" if files else ""
-    streams.write(f"  wrote {', '.join(map(str, written))}{also}")
-    if why_not:
-        streams.write(f"  no picture: {why_not}")

@@ -5,19 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Bar
-from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.problem.names import UNCERTAINTY, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
-from thermoroll_cli.worn.follow import Evolution
+from thermoroll_cli.worn.follow import Evolution, asked_of
 from thermoroll_cli.worn.follow import wear as follow
 from thermoroll_cli.worn.steps import meaning_of
+
+if TYPE_CHECKING:
+    from thermoroll_cli.cli.report import Section
 
 
 def wear(
@@ -30,6 +33,7 @@ def wear(
     jobs: options.Jobs = 1,
     threads: options.Threads = 1,
     formats: options.Formats = None,
+    dpi: options.Dpi = None,
     written_report: options.Report = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -42,9 +46,8 @@ def wear(
     and so on, and DIR/NAME_wear.h5 has the first position on the worn outlines.
     """
     read, task = options.read_task(case, settings, as_json=as_json)
-    asked = task.contact.wear
-    if asked is None or asked.distance == asked.depth:
-        raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
+    with options.recorded(case, as_json), options.solvable(read, str(case)):
+        asked = asked_of(task)
     options.check_writable(output)
     with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar, options.recorded(case, as_json):
 
@@ -59,31 +62,27 @@ def wear(
 
         done = follow(read, output, resume=resume, jobs=jobs, threads=threads, report=report,
                       command_line=options.command_line())
-    files, last, steps = [str(file) for file in done.files], done.rows[-1], len(done.rows) - 1
+    last, steps, to = done.rows[-1], len(done.rows) - 1, Ending(output, as_json, no_plots, formats, dpi, written_report, quiet)
     values = [(meaning_of(name), _text(last, name), name) for name in last if not name.startswith(UNCERTAINTY)]
-    if read.plots and not no_plots:
-        files += _drawn(done, output, options.image_formats(formats))
-    if written_report:
+
+    def section() -> Section:
         from thermoroll_cli.cli import report as page
 
-        section = page.Section(
+        return page.Section(
             read.settings.title or read.name,
             [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} steps."], done.reason,
             tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in values],
                                ("after the last step", "value", "unit", "name"), values=(1, 2), names=(3,))],
-            pictures=page.pictures_of(lambda folder, formats: _drawn(done, folder, formats)), case=read.text,
-            method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change by bounded "
-            "steps, and after each the contact is solved again.")  # fmt: skip
-        files.append(str(page.write(output / f"{read.name}_wear_report.html", [section])))
-    if as_json:
-        streams.write_json({"name": read.name, "status": "not_converged" if done.reason else "converged", "reason": done.reason,
-                            "steps": steps, **last, "files": files})
-    elif not quiet:
-        streams.write(*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in values))
-        streams.write(f"  {steps} steps; wrote {', '.join(files)}")
-    if done.reason:
-        streams.note(f"thermoroll: {read.name}: {done.reason}")
-    raise typer.Exit(ExitCode.NOT_CONVERGED if done.reason else ExitCode.FINE)
+            pictures=page.pictures_of(lambda folder, kinds: [_draw(done, folder / f"wear.{kind}") for kind in kinds]),
+            case=read.text, method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change "
+            "by bounded steps, and after each the contact is solved again.")  # fmt: skip
+
+    raise typer.Exit(deliver(
+        to, read.name, f"{read.name}_wear", write=lambda: done.files, section=section,
+        draw=(lambda: to.drawn(f"{read.name}_wear", lambda path: _draw(done, path, dpi))) if read.plots else None,
+        record={"status": "not_converged" if done.reason else "converged", "reason": done.reason, "steps": steps, **last},
+        lines=lambda: [*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in values), f"  {steps} steps"],
+        reason=done.reason))
 
 
 def _text(row: Mapping[str, Any], name: str) -> str:
@@ -91,16 +90,14 @@ def _text(row: Mapping[str, Any], name: str) -> str:
     return with_error(row.get(name, math.nan), row.get(f"{UNCERTAINTY}{name}", math.nan))
 
 
-def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]:
+def _draw(done: Evolution, path: Path, dpi: float | None = None) -> Path:
     from thermoroll_cli.plots.profile_figures import draw_wear
     from thermoroll_cli.plots.service_figure import draw_service
 
     if done.outlines:
-        return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done.case.settings.title, done.rows, done.outlines,
-                                 converged=done.converged)) for ending in formats]
+        return draw_service(path, done.case.settings.title, done.rows, done.outlines, converged=done.converged, dpi=dpi)
     kept, asked = done.snapshots, done.case.problem.wear
     assert asked is not None
     regimes = {body: getattr(asked, body).regimes for body in BODIES}
-    return [str(draw_wear(folder / f"{done.case.name}_wear.{ending}", done.case.settings.title, kept.y, kept.profiles,
-                          kept.loads, kept.distances, work=kept.work, regimes=regimes, converged=done.converged))
-            for ending in formats]
+    return draw_wear(path, done.case.settings.title, kept.y, kept.profiles, kept.loads, kept.distances, work=kept.work,
+                     regimes=regimes, converged=done.converged, dpi=dpi)

@@ -14,10 +14,10 @@ from thermoroll_cli.wheelset.conicity import NEIGHBOURS, NOMINAL, Conicity
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, sign_of
 
 
-def draw_conicity(path: pathlib.Path, found: Conicity, title: str) -> pathlib.Path:
+def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | None = None) -> pathlib.Path:
     """Write the picture to `path`. Raises OSError."""
     with style.applied():
-        return style.save(_figure(found, title), path)
+        return style.save(_figure(found, title), path, dpi)
 
 
 def _figure(found: Conicity, title: str) -> Figure:

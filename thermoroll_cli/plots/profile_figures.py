@@ -81,7 +81,7 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
 
 def draw_wear(
     path: pathlib.Path, title: str, y: Array, profiles: Mapping[BodyName, Array], loads: Array, distances: Array, *,
-    work: Array, regimes: Mapping[BodyName, Sequence[float]], converged: bool = True,
+    work: Array, regimes: Mapping[BodyName, Sequence[float]], converged: bool = True, dpi: float | None = None,
 ) -> pathlib.Path:
     """Write the picture to `path`: worn `profiles` (m, by body, (snapshots, points)) at `y` (m), `loads` (N/m), and the
     `distances` (m) of the snapshots. If a body has `regimes` (Pa, the T_γ/A at which each ends) also the largest T_γ/A of
@@ -110,7 +110,7 @@ def draw_wear(
         axes[-1].set_xlabel("y (mm)")
         figure.colorbar(colours, ax=list(axes), label="distance rolled (km)")
         style.add_headline(figure, title, converged)
-        return style.save(figure, path, None)
+        return style.save(figure, path, dpi)
 
 
 def _draw_regimes(axes: Axes, places: Array) -> None:

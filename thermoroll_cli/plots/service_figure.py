@@ -23,7 +23,7 @@ STYLES = {"left": "--", "right": "-"}
 
 def draw_service(
     path: pathlib.Path, title: str, rows: Sequence[Mapping[str, Any]], outlines: Mapping[str, tuple[Points, Points]], *,
-    converged: bool,
+    converged: bool, dpi: float | None = None,
 ) -> pathlib.Path:
     """Write the picture to `path`: new and worn `outlines` (m) by name, and columns of the `rows`, one per step. Raises
     OSError."""
@@ -61,7 +61,7 @@ def draw_service(
             axes[prefix].set_xlabel("distance (1000 km)" if thousands else "distance (km)")
         style.add_headline(figure, title, converged,
                            note="left side dashed; bands: estimated errors" if len(sides) > 1 else "")
-        return style.save(figure, path, None)
+        return style.save(figure, path, dpi)
 
 
 def _exaggerated(new: Points, worn: Points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -87,13 +87,13 @@ def wear(
 
     Returns an `Evolution`.
 
-    Raises CaseError for an invalid case, also a conformal contact or one without a steady state, and positions that cannot be;
-    ValueError if the case gives neither distance nor depth; OSError if a file cannot be written.
+    Raises CaseError for an invalid case, also a conformal contact or one without a steady state, and positions that cannot be,
+    or neither distance nor depth; OSError if a file cannot be written.
     """
     case = Case.of(case)
     with solvable(case, case.name):
         task, positions = case.task, positions_of(case) if case.settings.wheelset is not None else []
-        asked = _asked(task)
+        asked = asked_of(task)
         if jobs > 1 and positions:
             check_main_guard()
         with contextlib.ExitStack() as stack:
@@ -118,11 +118,11 @@ def wear(
             return done if folder is None else replace(done, files=_written(done, place, state, command_line))
 
 
-def _asked(task: Problem | WheelsetProblem) -> Wear:
-    """What is asked for. Raises ValueError."""
+def asked_of(task: Problem | WheelsetProblem) -> Wear:
+    """What is asked for. Raises Unsolvable."""
     asked = task.contact.wear
     if asked is None or asked.distance == asked.depth:
-        raise ValueError("the case needs [wear] with distance_km or depth_um")
+        raise Unsolvable("the case does not say how far the profiles wear", "wear", "a table with distance_km or depth_um")
     if isinstance(task, WheelsetProblem) and asked.lower.wears and math.isinf(asked.lower.track_length):
         raise Unsolvable("a rail has no circumference", "wear.lower",
                          "track_length_m, the distance between two passages of a wheel")

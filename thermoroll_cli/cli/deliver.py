@@ -1,0 +1,85 @@
+"""The ending of every command that computes: files, pictures and page, what is printed, and the exit code."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.streams import ExitCode
+from thermoroll_cli.cli.tables import folded
+
+if TYPE_CHECKING:
+    from thermoroll_cli.cli.report import Section
+
+FEW = 3
+"""Pictures that are listed by name."""
+
+
+class Ending(NamedTuple):
+    """What a user asks of the ending of a command."""
+
+    folder: Path
+    as_json: bool = False
+    no_plots: bool = False
+    formats: Sequence[options.ImageFormat] | None = None
+    dpi: float | None = None
+    report: bool = False
+    quiet: bool = False
+
+    def drawn(self, stem: str, draw: Callable[[Path], Any]) -> list[Path]:
+        """One picture in the file types that are asked for, each of which `draw` writes."""
+        targets = [self.folder / f"{stem}.{ending}" for ending in options.image_formats(self.formats)]
+        for target in targets:
+            draw(target)
+        return targets
+
+
+def deliver(
+    to: Ending, name: str, stem: str, *, write: Callable[[], Iterable[Path]], draw: Callable[[], Iterable[Path]] | None,
+    section: Callable[[], Section], record: Mapping[str, Any] | None, lines: Callable[[], Iterable[str]],
+    reason: str = "", warnings: Sequence[str] = (), drawable: Callable[[], Iterable[str]] | None = None, also: str = "",
+) -> ExitCode:
+    """End a command with what it has found for the case `name`, and return its exit code. Files of it begin with `stem`.
+
+    `write` writes its files, `draw` its pictures (None: none are wanted), `section` makes its page; `drawable` has the names of
+    all pictures that it may write, `stem` alone if not given. `record` is printed with `--json` (None: it has been), `lines`
+    without, and what was written `also` behind the files. What goes wrong as files are written does not keep it from printing.
+    """
+    code, files, pictures = ExitCode.NOT_CONVERGED if reason else ExitCode.FINE, list[Path](), list[Path]()
+    pages = list[Path]()
+    try:
+        files += write()
+        if draw is not None and not to.no_plots:
+            pictures += draw()
+        if to.report:
+            from thermoroll_cli.cli import report as page
+
+            pages.append(page.write(to.folder / f"{stem}_report.html", [section()]))
+    except OSError as cause:
+        streams.error(f"{name}: {cause}")
+        code = ExitCode.INPUT_OUTPUT
+    if files and not to.quiet and any(to.folder.glob(f"{glob.escape(stem)}*.*")):  # else matplotlib is not imported for it
+        known = (to.folder / f"{each}.{ending}" for each in (drawable or (lambda: (stem,)))() for ending in options.ImageFormat)
+        options.report_stale(known, pictures)
+    if to.as_json and record is not None:
+        streams.write_json({"name": name, **record, "files": [*files, *pictures, *pages]})
+    elif not (to.as_json or to.quiet):
+        width = streams.width()
+        said = [line for warning in warnings for line in folded(f"warning: {warning}", width)]
+        streams.write(*lines(), *streams.in_colour(said, streams.YELLOW),
+                      *streams.in_colour(folded(reason, width) if reason else [], streams.RED))
+        shown = [*map(str, (*files, *pages)), *map(str, pictures if len(pictures) <= FEW else ())]
+        if len(pictures) > FEW:
+            kinds = ", ".join(f"{to.folder / stem}_*{ending}" for ending in dict.fromkeys(path.suffix for path in pictures))
+            also = f" and {len(pictures)} pictures {kinds}{also}"
+        if shown:
+            streams.write(f"  wrote {', '.join(shown)}{also}")
+    if to.as_json or to.quiet:
+        for warning in warnings if to.as_json and not to.quiet else ():
+            streams.note(f"thermoroll: {name}: warning: {warning}")
+        if reason:
+            streams.note(f"thermoroll: {name} did not converge: {reason}")
+    return code
