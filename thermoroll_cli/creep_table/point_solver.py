@@ -57,22 +57,25 @@ class EllipseSolver:
         return self._grids[-1].derived.problem
 
     def solve(self, creepages: Array) -> tuple[Array, Array]:
-        """`QUANTITIES` (4, n) for the scaled creepages ξ', η', φ' of (3, n), and the estimated errors of the forces over μW,
-        (n,); nan where a solution has not converged."""
-        points = [self._point(creepage) for creepage in creepages.T]
-        return np.stack([values for values, _ in points], axis=1), np.array([error for _, error in points])
-
-    def _point(self, creepage: Array) -> tuple[Array, float]:
+        """`QUANTITIES` (4, n) for the scaled creepages ξ', η', φ' of (3, n), each solved from the one before it, and the
+        estimated errors of the forces over μW, (n,); nan where a solution has not converged."""
         below, above = self._grids
-        coarse, first = below.solve(creepage)
-        fine, second = above.solve(creepage, above.continued(below, first.traction))
-        if not (first.converged and second.converged):
-            return np.full(len(QUANTITIES), np.nan), math.nan
-        change = fine[FORCES] - coarse[FORCES]
-        fine[FORCES] += change / 3.0
-        # Never above the bound: |F| of the two grids is not, but what is made of them could be by their errors.
-        fine[:2] /= max(math.hypot(fine[0], fine[1]), 1.0)
-        return fine, math.hypot(change[0], change[1]) / 3.0
+        values, errors = np.full((len(QUANTITIES), creepages.shape[1]), np.nan), np.full(creepages.shape[1], np.nan)
+        before: tuple[Array, Array, Array] | None = None
+        for k, creepage in enumerate(creepages.T):
+            coarse, first = below.solve(creepage, None if before is None else before[0])
+            carried = above.continued(below, first.traction)
+            # The fine grid begins with the last point, and what the coarse one has found of the change since.
+            fine, second = above.solve(creepage, carried if before is None else before[1] + carried - before[2])
+            before = (first.traction, second.traction, carried) if first.converged and second.converged else None
+            if before is None:
+                continue
+            change = fine[FORCES] - coarse[FORCES]
+            fine[FORCES] += change / 3.0
+            # Never above the bound: |F| of the two grids is not, but what is made of them could be by their errors.
+            fine[:2] /= max(math.hypot(fine[0], fine[1]), 1.0)
+            values[:, k], errors[k] = fine, math.hypot(change[0], change[1]) / 3.0
+        return values, errors
 
 
 class _OneGrid:
