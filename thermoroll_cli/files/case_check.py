@@ -123,6 +123,8 @@ class _Checker:
                 self.sections[name] = valid
         elif name in self.content:
             self._note((name,), "must be a table", allowed=f"a table [{name}]", hint=_missing_table(name, field))
+        elif name == "load" and "wheelset" in self.content:
+            self.sections[name] = model.LoadTable()
         elif not field.is_required():
             # Some tables mean something by not being there.
             self.sections[name] = None if name in ("thermal", "subsurface") else field.default

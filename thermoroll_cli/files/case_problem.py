@@ -94,8 +94,14 @@ def _wheel_on_rail(wheelset: WheelsetTable | None) -> model.GeometryTable:
 
 
 def material_of(table: model.MaterialTable) -> si.Material:
-    layers = tuple(si.Layer(**layer.in_si(), relaxation=_relaxation(layer)) for layer in table.layers or ())
-    return si.Material(**table.in_si(), layers=layers, relaxation=_relaxation(table))
+    """The material; layers of one material that lie next to each other are one layer."""
+    layers: list[si.Layer] = []
+    for given in table.layers or ():
+        layer = si.Layer(**given.in_si(), relaxation=_relaxation(given))
+        if layers and replace(layer, thickness=layers[-1].thickness) == layers[-1]:
+            layer = replace(layer, thickness=layer.thickness + layers.pop().thickness)
+        layers.append(layer)
+    return si.Material(**table.in_si(), layers=tuple(layers), relaxation=_relaxation(table))
 
 
 def _relaxation(table: model.MaterialConstants) -> Series:

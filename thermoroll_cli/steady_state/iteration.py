@@ -10,6 +10,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 
 DIVISION = 0.3
@@ -80,9 +81,9 @@ def admissible_friction(discretisation: Discretisation, wanted: Contact, before:
 
 def reserve(discretisation: Discretisation, contact: Contact) -> float:
     """What friction in `contact` carries beyond the prescribed force in N; infinite where its coefficient is the same
-    everywhere, since that is known before solving."""
+    everywhere on a plane, since that is known before solving."""
     problem = discretisation.derived.problem
-    if contact.friction is None and not problem.friction.across:
+    if contact.friction is None and not problem.friction.across and isinstance(problem.geometry, Geometry):
         return math.inf
     friction = np.asarray(problem.friction.coefficient) if contact.friction is None else contact.friction
     return transmissible_force(discretisation, friction, contact.normal.pressure) - problem.prescribed_force

@@ -30,7 +30,10 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
         yield Unsolvable("stationary heat expands half-spaces by any constant, so an approach means no load",
                          "load.approach_um",
                          'load.normal_N, peclet = "rolling" or "sliding", or deformation = false', "thermal.peclet")
-    yield from _force(problem)
+    if problem.motion.speed < 0.0:
+        yield Unsolvable(f"the rolling speed of {problem.motion.speed:g} m/s is negative", "rolling.speed_m_s",
+                         "a speed above 0: backwards, creepages and forces change their signs")
+    yield from _force(derived)
     yield from _conformal(derived)
     yield from _interlayer(problem)
     yield from _coatings(problem)
@@ -48,14 +51,17 @@ def check(derived: DerivedQuantities) -> None:
         raise reason
 
 
-def _force(problem: Problem) -> Iterator[Unsolvable]:
-    """Friction must carry the force while it is cold, and a law that falls and rises again has several answers."""
+def _force(derived: DerivedQuantities) -> Iterator[Unsolvable]:
+    """Friction must carry the force while it is cold, and a law that falls and rises again has several answers. In a conformal
+    contact the pressure adds up to more than the load, by 1/cos of its steepest place at most."""
+    problem = derived.problem
     force, load, law = problem.prescribed_force, problem.normal_force, problem.friction.law
     if not force:
         return
     coefficient = problem.friction.coefficient * problem.friction.largest_share * (1.0 if law is None else law.highest)
     key = f"force.{'longitudinal_N' if problem.motion.force_x is not None else 'lateral_N'}"
-    if force >= coefficient * load:
+    inclined = 1.0 if isinstance(problem.geometry, Geometry) else math.cos(max(map(abs, derived.contact_angles)))
+    if force * inclined >= coefficient * load:
         rises = "; friction that rises with temperature begins cold" if problem.friction.slope < 0.0 else ""
         yield Unsolvable(f"the tangential force of {force:.6g} N reaches or exceeds what friction can carry, {coefficient:g} · "
                          f"{load:g} N = {coefficient * load:.6g} N{rises}", key,
