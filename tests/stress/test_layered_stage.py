@@ -26,7 +26,7 @@ from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.subsurface_plan import usual_depths, with_interfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.stress.body_stresses import peak_of
-from thermoroll_cli.stress.strength import first_principal
+from thermoroll_cli.stress.strength import principal_and_shear
 
 ROOT = Path(__file__).parents[2]
 STEEL = elastic(0.3)
@@ -107,7 +107,7 @@ def test_scalars_are_those_of_the_fields(coated: Result) -> None:
     scalars, stresses, depths = coated.subsurface.scalars, stresses_of(coated, "upper"), coated.bodies["upper"].depths
     at = [part.stop - 1 for part in within_layers(depths)[:-1]]
     shear, tension = np.hypot(*stresses[4:, at]).max() * 1e-6, stresses[2, at].max() * 1e-6
-    cracking = first_principal(stresses[:, : at[-1] + 1]).max() * 1e-6
+    cracking = principal_and_shear(stresses[:, : at[-1] + 1])[0].max() * 1e-6
     for name, largest in (("interface_shear", shear), ("interface_tension", max(tension, 0.0)), ("layer_tension", cracking)):
         found = scalars[f"{name}_max_upper_MPa"]
         assert largest * (1.0 - 1e-6) <= found <= 1.05 * largest + 0.01

@@ -50,6 +50,13 @@ def test_sphere(grid):
     assert abs(y) < 1e-6
 
 
+def test_the_largest_shear_stress_below_a_sphere_is_half_of_the_difference_of_the_principal_stresses():
+    """On the axis σ_zz and σ_xx = σ_yy are principal, so that half of Tresca's stress is half of von Mises's: 0.310 p₀."""
+    scalars = solved(grid=32, body=BODY, friction=0.0).scalars
+    assert scalars["tresca_shear_max_lower_MPa"] == pytest.approx(0.5 * scalars["von_mises_max_lower_MPa"], rel=1e-4)
+    assert scalars["tresca_shear_depth_lower_mm"] == pytest.approx(scalars["von_mises_depth_lower_mm"], rel=1e-3)
+
+
 @pytest.mark.parametrize("friction", [0.3])
 def test_sliding_sphere(friction):
     """With all of the traction along x: 0.6476 and 0.6598 p₀, towards where the traction on the body points."""

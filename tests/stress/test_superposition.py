@@ -17,7 +17,7 @@ from thermoroll_cli.halfspace.thermal import temperature_at_depths
 from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.refinement.subsurface_stage import SurfaceLoad
-from thermoroll_cli.stress.strength import first_principal, von_mises
+from thermoroll_cli.stress.strength import principal_and_shear, von_mises
 from thermoroll_cli.stress.superposition import ElasticStresses, Sharpened, StressTransforms, ThermalStresses, averaging
 
 FIELDS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_fields.json").read_text())
@@ -171,12 +171,13 @@ def test_invariants():
     xx, yy, zz, xy, xz, yz = stress
     tensors = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).transpose(2, 0, 1)
     principal = np.linalg.eigvalsh(tensors)
-    np.testing.assert_allclose(first_principal(stress), principal[:, 2], rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(principal_and_shear(stress)[0], principal[:, 2], rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(principal_and_shear(stress)[1], 0.5 * (principal[:, 2] - principal[:, 0]), rtol=1e-12)
     one, two, three = principal.T
     np.testing.assert_allclose(von_mises(stress), np.sqrt(0.5 * ((one - two) ** 2 + (two - three) ** 2 + (three - one) ** 2)))
     hydrostatic = np.array([2.0, 2.0, 2.0, 0.0, 0.0, 0.0])
     assert von_mises(hydrostatic) == 0.0
-    assert first_principal(hydrostatic) == 2.0
+    assert principal_and_shear(hydrostatic)[0] == 2.0
     assert von_mises(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])) == pytest.approx(math.sqrt(3.0))
 
 

@@ -19,7 +19,7 @@ from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFra
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import BodyStresses
-from thermoroll_cli.stress.strength import first_principal, shear_yields
+from thermoroll_cli.stress.strength import principal_and_shear, shear_yields
 
 LEVELS = 24
 
@@ -118,7 +118,7 @@ def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, 
 def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: AxisScale) -> None:
     """The shear stress that interfaces carry over x and depth, and largest stresses of the plane over depth."""
     shear = np.hypot(stresses.plane["stress_xz"], stresses.plane["stress_yz"])
-    principal = first_principal(np.stack([stresses.plane[name] for name in STRESSES]))
+    principal, _ = principal_and_shear(np.stack([stresses.plane[name] for name in STRESSES]))
     peak, lengths = scale.words.rsplit("/", 1)[1], frame.lengths[0]
     _draw_plane(row[0], frame, stresses, shear, "viridis", replace(scale, words=rf"shear stress $|\tau_z|/{peak}"))
     for name, values, colour, dashes in (("von Mises stress", stresses.plane["von_mises"], style.AFTER, style.DASHED),

@@ -262,7 +262,7 @@ SCALARS = _named(
     Scalar("pressure_max_MPa", "maximum pressure", listed=True, kind="peak pressure", accurate=True,
            diagram="max. pressure (MPa)"),
     Scalar("pressure_centre_MPa", "pressure at the centre of the contact", kind="pressure"),
-    Scalar("shear_max_MPa", "maximum shear traction", listed=True, kind="peak"),
+    Scalar("shear_max_MPa", "maximum shear traction of the surface", listed=True, kind="peak"),
     Scalar("heat_flux_max_W_mm2", "maximum heat flux", kind="peak flux"),
     Scalar("approach_um", "rigid-body approach", kind="pressure", given=lambda problem: problem.approach is not None),
     Scalar("contact_area_mm2", "contact area", listed=True, kind="area"),
@@ -394,6 +394,8 @@ SUBSURFACE_SCALARS = STRENGTH_SCALARS | BOND_SCALARS | _named(*(
         ("orthogonal_shear_range_max_{}_MPa", "largest range of σ_xz along a line of rolling", not prefix, ""),
         ("orthogonal_shear_range_depth_{}_mm", "its depth", False, ""),
         ("tensile_stress_max_{}_MPa", "largest first principal stress", not prefix, "max. tensile stress (MPa)"),
+        ("tresca_shear_max_{}_MPa", "largest shear stress in any plane, half of Tresca's stress", not prefix, ""),
+        ("tresca_shear_depth_{}_mm", "its depth", not prefix, ""),
     )
 ))  # fmt: skip
 """Scalars of the stresses inside both bodies, in the order they are reported."""

@@ -17,14 +17,14 @@ from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.names import STRESSES, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import KeptFields
 from thermoroll_cli.problem.result import BodyStresses, Peak, within_layers
-from thermoroll_cli.stress.strength import StrengthCollector, depth_name, first_principal, von_mises
+from thermoroll_cli.stress.strength import StrengthCollector, depth_name, principal_and_shear, von_mises
 from thermoroll_cli.stress.superposition import ODD_IN_Y
 
 PRECISION = np.float32
 by_value = attrgetter("value")
 RANGE = "orthogonal_shear_range"
-LARGEST = "von_mises", RANGE, "tensile_stress"
-"""Stresses with a largest value over the body: von Mises, range of σ_xz, first principal stress."""
+LARGEST = "von_mises", RANGE, "tensile_stress", "tresca_shear"
+"""Stresses with a largest value over the body: von Mises, range of σ_xz, first principal stress, half of Tresca's."""
 
 
 @dataclass
@@ -33,16 +33,17 @@ class EquivalentStresses:
 
     von_mises: AnyArray
     principal: AnyArray
+    tresca_shear: AnyArray
     shear_range: AnyArray
 
     @classmethod
     def empty(cls, shape: tuple[int, int, int]) -> EquivalentStresses:
-        return cls(np.empty(shape, PRECISION), np.empty(shape, PRECISION), np.empty((shape[0], shape[2])))
+        return cls(*(np.empty(shape, PRECISION) for _ in range(3)), np.empty((shape[0], shape[2])))
 
     def take(self, index: int, stress: AnyArray) -> None:
         """Keep the equivalent stresses of one depth, from stresses (6, nx, columns)."""
         self.von_mises[index] = von_mises(stress)
-        self.principal[index] = first_principal(stress)
+        self.principal[index], self.tresca_shear[index] = principal_and_shear(stress)
         self.shear_range[index] = _row_maxima(stress[4]) + _row_maxima(-stress[4])
 
 
@@ -123,7 +124,7 @@ class Collector:
     ) -> dict[str, Peak]:
         """The largest of the `wanted` stresses of a `part` of the depths, all or only every `every`-th one."""
         fields = {"von_mises": (judged.von_mises, self.x), "tensile_stress": (judged.principal, self.x),
-                  RANGE: (judged.shear_range[:, None, :], np.zeros(1))}
+                  "tresca_shear": (judged.tresca_shear, self.x), RANGE: (judged.shear_range[:, None, :], np.zeros(1))}
         return {stress: peak_of(fields[stress][0][part], self.depths[part], fields[stress][1], self.y, self.mirrored, every)
                 for stress in wanted}
 
@@ -133,7 +134,8 @@ class Collector:
         for prefix, judged in (("", self.total), ("elastic_", self.elastic)):
             profiles |= {f"{prefix}von_mises": judged.von_mises.max(axis=(1, 2)),
                          f"{prefix}orthogonal_shear_range": judged.shear_range.max(axis=1),
-                         f"{prefix}tensile_stress": judged.principal.max(axis=(1, 2))}
+                         f"{prefix}tensile_stress": judged.principal.max(axis=(1, 2)),
+                         f"{prefix}tresca_shear": judged.tresca_shear.max(axis=(1, 2))}
         if self.interfaces and self.depths[-1] <= self.interfaces[-1]:
             profiles["layer_tension"] = profiles["tensile_stress"]
         return profiles

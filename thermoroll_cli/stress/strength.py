@@ -47,10 +47,11 @@ def von_mises(stress: AnyArray) -> AnyArray:
     return np.asarray(np.sqrt(0.5 * normal + 3.0 * (xy * xy + xz * xz + yz * yz)))
 
 
-def first_principal(stress: AnyArray) -> AnyArray:
-    """The largest principal stress (tension positive) of stresses (6, …).
+def principal_and_shear(stress: AnyArray) -> tuple[AnyArray, AnyArray]:
+    """The largest principal stress (tension positive) of stresses (6, …), and the largest shear stress, half of Tresca's.
 
-    The largest root of the characteristic polynomial by the cosine of its angle (Smith 1961), from the deviator."""
+    The roots of the characteristic polynomial by the cosine of its angle (Smith 1961), from the deviator: largest and smallest
+    differ by 2 √3 r sin(θ + π/3)."""
     xx, yy, zz, xy, xz, yz = stress
     mean = (xx + yy + zz) / 3.0
     a, b, c = xx - mean, yy - mean, zz - mean
@@ -59,7 +60,7 @@ def first_principal(stress: AnyArray) -> AnyArray:
     half_determinant = 0.5 * (a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz))
     cube = np.maximum(radius * half_square, np.finfo(radius.dtype).tiny)
     angle = np.arccos(np.clip(half_determinant / cube, -1.0, 1.0)) / 3.0
-    return np.asarray(mean + 2.0 * radius * np.cos(angle))
+    return np.asarray(mean + 2.0 * radius * np.cos(angle)), np.asarray(SQRT3 * radius * np.sin(angle + math.pi / 3.0))
 
 
 def deviator(stress: AnyArray) -> Array:
