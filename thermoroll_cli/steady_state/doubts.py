@@ -276,8 +276,8 @@ def track_warnings(derived: DerivedQuantities) -> Iterator[str]:
     for body, other in (BODIES, BODIES[::-1]):
         alone = getattr(heating, f"{body}_track") is None and getattr(heating, f"{other}_track") is not None
         if alone and math.isfinite(getattr(geometry, f"{body}_radius_x")):
-            yield (f"heat returns to the contact on the {other} body alone: the {body} body, which turns, too, stays at its bulk "
-                   f"temperature and takes most of the heat; set thermal.{body}.recirculate if it gets warm")
+            yield (f"heat returns to the contact on the {other} body alone: the {body} body, which turns, too, stays at its "
+                   f"bulk temperature and takes most of the heat; set thermal.{body}.recirculate if it gets warm")
     contact = 2.0 * derived.scales.semi_axis_y
     for body, roller in rollers_of(derived).items():
         track = contact + 4.0 * roller.spreading
