@@ -273,11 +273,11 @@ def track_warnings(derived: DerivedQuantities) -> Iterator[str]:
         yield ("recirculated heat changes the partition: with a fixed thermal.partition temperatures can be far off; use "
                '"matched"')
     heating, geometry = derived.problem.heating, derived.problem.geometry
-    for body, other in (BODIES, BODIES[::-1]):
-        alone = getattr(heating, f"{body}_track") is None and getattr(heating, f"{other}_track") is not None
-        if alone and math.isfinite(getattr(geometry, f"{body}_radius_x")):
-            yield (f"heat returns to the contact on the {other} body alone: the {body} body, which turns, too, stays at its "
-                   f"bulk temperature and takes most of the heat; set thermal.{body}.recirculate if it gets warm")
+    for cold, warm in (BODIES, BODIES[::-1]):
+        alone = getattr(heating, f"{cold}_track") is None and getattr(heating, f"{warm}_track") is not None
+        if alone and math.isfinite(getattr(geometry, f"{cold}_radius_x")):
+            yield (f"heat returns to the contact on the {warm} body alone: the {cold} body, which turns, too, stays at its "
+                   f"bulk temperature and takes most of the heat; set thermal.{cold}.recirculate if it gets warm")
     contact = 2.0 * derived.scales.semi_axis_y
     for body, roller in rollers_of(derived).items():
         track = contact + 4.0 * roller.spreading

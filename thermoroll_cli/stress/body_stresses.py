@@ -38,7 +38,8 @@ class EquivalentStresses:
 
     @classmethod
     def empty(cls, shape: tuple[int, int, int]) -> EquivalentStresses:
-        return cls(*(np.empty(shape, PRECISION) for _ in range(3)), np.empty((shape[0], shape[2])))
+        return cls(np.empty(shape, PRECISION), np.empty(shape, PRECISION), np.empty(shape, PRECISION),
+                   np.empty((shape[0], shape[2])))
 
     def take(self, index: int, stress: AnyArray) -> None:
         """Keep the equivalent stresses of one depth, from stresses (6, nx, columns)."""
