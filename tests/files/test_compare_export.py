@@ -14,12 +14,16 @@ import numpy as np
 import pytest
 
 from tests.support import synthetic
-from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
+from thermoroll_cli.files.result.compare import Comparison, Pair, compare
 from thermoroll_cli.files.result.export import export_csv, export_xdmf
 from thermoroll_cli.files.result.labelled import ResultFileError
-from thermoroll_cli.files.result.outcome import read_result, write_result
+from thermoroll_cli.files.result.outcome import read_result, tree_of, write_result
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, Subsurface
+
+
+def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
+    return compare(tree_of(a), tree_of(b), rtol)
 
 
 def stored(path: pathlib.Path, result: Result) -> Result:

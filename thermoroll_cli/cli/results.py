@@ -13,9 +13,10 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, with_remarks
-from thermoroll_cli.files.result.compare import Comparison, compare_results
+from thermoroll_cli.files.result.compare import Comparison
+from thermoroll_cli.files.result.compare import compare as compared
 from thermoroll_cli.files.result.export import export_csv, export_stress_path, export_xdmf
-from thermoroll_cli.files.result.outcome import read_result
+from thermoroll_cli.files.result.outcome import read_result, read_tree
 from thermoroll_cli.problem.result import Result
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ def compare(
     are listed and do not count.
     """
     check_no_cases([a, b])
-    comparison = compare_results(read_result(a), read_result(b), rtol)
+    comparison = compared(read_tree(a), read_tree(b), rtol)
     if as_json:
         rows = [{**vars(row), "within": row.within(rtol)} for row in comparison.rows]
         streams.write_json({"within": comparison.within, "rtol": rtol, "largest": comparison.largest, "notes": comparison.notes,

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.files.result.labelled import Labelled, Node
+from thermoroll_cli.files.result.outcome import numbers_of
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, STRENGTH_FIELDS, SUBSURFACE_FIELDS
 from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale, mean_semi_axis
 
 
@@ -61,62 +62,59 @@ class Comparison:
         return max((row.difference for row in self.rows if not math.isnan(row.difference)), default=0.0)
 
 
-def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
-    """Differences between two stored results, scalar by scalar and field by field, of both states.
+def compare(a: Node, b: Node, rtol: float = 1e-6) -> Comparison:
+    """Differences between the trees of two results, scalar by scalar and field by field, of both states.
 
     Scalars: |a − b| over the larger `error_scale` of both. Fields: max|a − b| / max|a|
     (shear and slip: of the vector; temperatures: of both bodies); `state`: the share of contact elements whose state
     differs. nan equals nan. The isothermal state is compared where it is a state of its own in either result.
     """
-    rows = [Pair("status", "text", a.status, b.status, 0.0 if a.status == b.status else math.inf)]
-    if a.assembly != b.assembly:
-        rows.append(Pair("assembly", "text", a.assembly, b.assembly, math.inf))
-    for name in ("unbounded", "warnings"):
-        texts = ["; ".join(getattr(each, name)) for each in (a, b)]
-        rows.append(Pair(name, "text", texts[0], texts[1], 0.0 if texts[0] == texts[1] else math.inf))
-    one, other = a.numbers, b.numbers
-    rows += _scalar_rows("", one, other, one, other)
-    rows += _patch_rows(a, b)
-    notes = []
-    for name in _union({patch.name: patch for patch in a.contacts}, {patch.name: patch for patch in b.contacts}, ()):
-        left, right = ([patch for patch in whole.contacts if patch.name == name] for whole in (a, b))
-        if left and right:
-            inner = compare_results(left[0], right[0], rtol)
+    rows = []
+    for name in ("status", "assembly", "unbounded", "warnings"):
+        texts = ["; ".join(each.json(name, ())) if name in ("unbounded", "warnings") else str(each.attributes[name])
+                 for each in (a, b)]
+        if name != "assembly" or texts[0] != texts[1]:
+            rows.append(Pair(name, "text", texts[0], texts[1], 0.0 if texts[0] == texts[1] else math.inf))
+    one, other = numbers_of(a)[0], numbers_of(b)[0]
+    rows += [*_scalar_rows("", one, other, one, other), *_patch_rows(a, b)]
+    notes: list[str] = []
+    patches = [each.nodes.get("patches", Node()).nodes for each in (a, b)]
+    for name in _union(patches[0], patches[1], ()):
+        if name in patches[0] and name in patches[1]:
+            inner = compare(patches[0][name], patches[1][name], rtol)
             rows += [replace(row, name=f"{name}.{row.name}") for row in inner.rows]
             notes += [f"{name}: {note}" for note in inner.notes if not note.startswith("not compared, ")]
         else:
-            rows.append(Pair(name, "text", None, None, math.inf, _missing(bool(left))))
-    both = a.isothermal is not a.coupled or b.isothermal is not b.coupled
-    if both:
-        rows += _scalar_rows("isothermal.", a.isothermal.scalars, b.isothermal.scalars, one, other)
+            rows.append(Pair(name, "text", None, None, math.inf, _missing(name in patches[0])))
+    cold = [each.nodes.get("isothermal") for each in (a, b)]
+    states = [("", a, b)]
+    if own := next(filter(None, cold), None):
+        # A state that is the same as the other one has no node of its own.
+        states.append(("isothermal.", cold[0] or a, cold[1] or b))
+        known = numbers_of(own)[0]
+        here, there = ({name: value for name, value in numbers_of(each)[0].items() if name in known} for each in states[1][1:])
+        rows += _scalar_rows("isothermal.", here, there, one, other)
     for missing in (_missing(True), _missing(False)):
         names = [row.name for row in rows if row.note == missing]
         notes += [f"not compared, {missing}: {', '.join(names)}"] if names else []
-    states = [("", a.coupled, b.coupled), ("isothermal.", a.isothermal, b.isothermal)]
-    for prefix, here, there in () if a.assembly or b.assembly else states if both else states[:1]:
-        if _same_grid(here, there):
-            rows += _field_rows(prefix, here, there.fields)
-            continue
-        note = f"fields not compared: different grids ({_grid_words(here)} and {_grid_words(there)})"
-        notes += [note] if note not in notes else []
-        rows += [
-            Pair(prefix + name, "field", _magnitude(here.fields.get(name)), _magnitude(there.fields.get(name)), math.nan, note)
-            for name in _union(here.fields, there.fields, FIELDS)
-        ]
+    for prefix, left, right in states:
+        fields = [each.nodes.get("fields", Node()).arrays for each in (left, right)]
+        found = list(_field_rows(prefix, *fields))
+        rows += found
+        notes += dict.fromkeys(row.note for row in found if math.isnan(row.difference) and row.note not in notes)
     rows += _rows_below(a, b)
     return Comparison(tuple(rows), rtol, tuple(notes))
 
 
-def _patch_rows(a: Result, b: Result) -> Iterator[Pair]:
-    """The patches of both, one by one; each quantity over its larger magnitude, a place over the mean semi-axis and a
+def _patch_rows(a: Node, b: Node) -> Iterator[Pair]:
+    """The patches of both contacts, one by one; each quantity over its larger magnitude, a place over the mean semi-axis and a
     force over the patch's load at least."""
-    if a.contacts or b.contacts:
+    one, other = (each.json("patches", ()) for each in (a, b))
+    if len(one) != len(other):
+        yield Pair("patches", "scalar", len(one), len(other), math.inf, "another number of patches")
         return
-    if len(a.patches) != len(b.patches):
-        yield Pair("patches", "scalar", len(a.patches), len(b.patches), math.inf, "another number of patches")
-        return
-    arm = max(_finite(mean_semi_axis(each.numbers)) for each in (a, b))
-    for number, (left, right) in enumerate(zip(a.records, b.records, strict=True), 1):
+    for number, (left, right) in enumerate(zip(one, other, strict=True), 1):
+        arm = max(_finite(mean_semi_axis(numbers_of(each)[0])) for each in (a, b))
         for name in _union(left, right, left):
             here, there = (float(patch.get(name, math.nan)) for patch in (left, right))
             least = arm if name.endswith("_mm") else float(left["normal_N"]) if name.endswith("_N") else 0.0
@@ -137,64 +135,68 @@ def _scalar_rows(
             yield Pair(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
-def _same_grid(one: State, other: State) -> bool:
-    """Whether both grids are the same but for rounding."""
-    return all(left.shape == right.shape and bool(np.allclose(left, right, rtol=0.0, atol=1e-9 * np.abs(left).max()))
-               for left, right in ((one.x, other.x), (one.y, other.y)))
-
-
-def _grid_words(state: State) -> str:
-    """Elements and domain in words: two grids may differ in extent or place alone."""
-    (nx, width, east), (ny, height, north) = (
-        (n := axis.size, 1e3 * np.ptp(axis) * n / max(1, n - 1), 5e2 * (axis[0] + axis[-1])) for axis in (state.x, state.y))
-    about = f" about x = {east:.4g}, y = {north:.4g} mm" if max(abs(east / width), abs(north / height)) > 1e-6 else ""
-    return f"{nx}×{ny} over {width:.4g}×{height:.4g} mm{about}"
-
-
-def _field_rows(prefix: str, on: State, b: Mapping[str, NDArray[Any]]) -> Iterator[Pair]:
-    a = on.fields
-    for name in _union(a, b, FIELDS):
-        if name == "state" and name in a and name in b:
-            left, right = (int(np.count_nonzero(fields[name])) for fields in (a, b))
-            contact = int(np.count_nonzero((a[name] != 0) | (b[name] != 0)))
-            share = int(np.count_nonzero(a[name] != b[name])) / max(1, contact)
-            yield Pair(prefix + name, "field", left, right, share, "share of the contact elements whose state differs")
+def _field_rows(prefix: str, a: Mapping[str, Labelled], b: Mapping[str, Labelled]) -> Iterator[Pair]:
+    axes = {name: array.values for name, array in a.items() if array.axes == (name,)}
+    same = all(name in b and values.shape == b[name].values.shape  # but for rounding
+               and np.allclose(values, b[name].values, rtol=0.0, atol=1e-9 * np.abs(values).max())
+               for name, values in axes.items())
+    note = "" if same else f"fields not compared: different grids ({_grid_words(a)} and {_grid_words(b)})"
+    for name in (each for each in _union(a, b, FIELDS) if each not in axes and each not in "xy"):
+        one, other = (side[name].values if name in side else None for side in (a, b))
+        if not same:
+            yield Pair(prefix + name, "field", _magnitude(one), _magnitude(other), math.nan, note)
+        elif name == "state" and one is not None and other is not None:
+            contact = int(np.count_nonzero((one != 0) | (other != 0)))
+            share = int(np.count_nonzero(one != other)) / max(1, contact)
+            yield Pair(prefix + name, "field", int(np.count_nonzero(one)), int(np.count_nonzero(other)), share,
+                       "share of the contact elements whose state differs")
         else:
             family = FIELDS[name].family if name in FIELDS else ""
-            members = [other for other in a if other == name or (family and other in FIELDS and FIELDS[other].family == family)]
-            scale = max((_magnitude(a[member]) or 0.0 for member in members), default=0.0)
-            yield _field_row(prefix + name, {"x": on.x, "y": on.y}, a.get(name), b.get(name), scale)
+            members = [each for each in a if each == name or (family and each in FIELDS and FIELDS[each].family == family)]
+            scale = max((_magnitude(a[member].values) or 0.0 for member in members), default=0.0)
+            yield _field_row(prefix + name, axes, a.get(name), b.get(name), scale)
 
 
-def _rows_below(a: Result, b: Result) -> Iterator[Pair]:
+def _grid_words(fields: Mapping[str, Labelled]) -> str:
+    """Elements and domain in words: two grids may differ in extent or place alone."""
+    axes = [fields[name].values for name in "xy" if name in fields]
+    sides = [(n := axis.size, 1e3 * np.ptp(axis) * n / max(1, n - 1), 5e2 * (axis[0] + axis[-1])) for axis in axes]
+    about = ", ".join(f"{name} = {middle:.4g}" for name, (_, _, middle) in zip("xy", sides, strict=False))
+    off = max((abs(middle / length) for _, length, middle in sides), default=0.0) > 1e-6
+    return (f"{'×'.join(str(n) for n, _, _ in sides)} over {'×'.join(f'{length:.4g}' for _, length, _ in sides)} mm"
+            + (f" about {about} mm" if off else ""))
+
+
+def _rows_below(a: Node, b: Node) -> Iterator[Pair]:
     """Depths and stored stresses inside the bodies, each relative to the largest von Mises stress of its body. Stresses at
     other depths are not compared."""
-    for body in _union(a.bodies, b.bodies, BODIES):
-        if body not in a.bodies or body not in b.bodies:
-            yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.bodies))
+    for body in BODIES:
+        if body not in a.nodes or body not in b.nodes:
+            if body in a.nodes or body in b.nodes:
+                yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.nodes))
             continue
-        left, right = a.bodies[body], b.bodies[body]
-        axes = {"z": left.depths, "x": a.x, "y": a.y}
-        below, deepest = {"z": left.depths}, float(left.depths[-1])
-        depths = _field_row(f"subsurface.{body}.depths", below, left.depths, right.depths, deepest)
+        left, right = a.nodes[body].arrays, b.nodes[body].arrays
+        axes = {name: left[name].values for name in "zxy"}
+        depths = _field_row(f"subsurface.{body}.depths", axes, left["z"], right.get("z"), float(axes["z"][-1]))
         yield depths
         if not depths.difference <= 1e-9:  # more than rounding
             continue
-        for prefix, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane),
-                                       ("strength_", left.strength, right.strength)):
-            for name in _union(fields, others, (*SUBSURFACE_FIELDS, *STRENGTH_FIELDS)):
-                scale = _magnitude(fields.get(name)) if name == "temperature_rise" else left.most_stressed.value
-                along = {"z": left.depths, "y": a.y} if prefix == "strength_" else axes
-                yield _field_row(f"subsurface.{body}.{prefix}{name}", along, fields.get(name), others.get(name), scale or 0.0)
+        order = [f"{prefix}{name}" for prefix in ("", "plane_") for name in SUBSURFACE_FIELDS] + [*STRENGTH_FIELDS]
+        for name in _union(left, right, order):
+            if name in order:
+                scale = _magnitude(left[name].values) if name == "temperature_rise" and name in left else (
+                    a.nodes[body].attributes["stressed_value"])
+                shown = f"strength_{name}" if name in STRENGTH_FIELDS else name
+                yield _field_row(f"subsurface.{body}.{shown}", axes, left.get(name), right.get(name), float(scale or 0.0))
 
 
-def _field_row(
-    name: str, axes: Mapping[str, NDArray[Any]], a: NDArray[Any] | None, b: NDArray[Any] | None, scale: float
-) -> Pair:
-    """The difference of a field, and both values where it is largest; `axes` are those of the array."""
-    if a is None or b is None or a.shape != b.shape:
-        note = _missing(a is not None) if (a is None) != (b is None) else "of another shape"
-        return Pair(name, "field", _magnitude(a), _magnitude(b), math.inf, note)
+def _field_row(name: str, axes: Mapping[str, NDArray[Any]], one: Labelled | None, other: Labelled | None, scale: float) -> Pair:
+    """The difference of a field, and both values where it is largest."""
+    if one is None or other is None or one.values.shape != other.values.shape:
+        note = _missing(one is not None) if (one is None) != (other is None) else "of another shape"
+        left, right = (None if each is None else _magnitude(each.values) for each in (one, other))
+        return Pair(name, "field", left, right, math.inf, note)
+    a, b = one.values, other.values
     same = (a == b) | (np.isnan(a) & np.isnan(b))
     distance = np.abs(np.where(same, 0.0, a).astype(np.float64) - np.where(same, 0.0, b))
     distance[~np.isfinite(distance)] = math.inf
@@ -203,7 +205,7 @@ def _field_row(
     if difference == 0.0:
         return Pair(name, "field", _magnitude(a), _magnitude(b), 0.0, "largest magnitudes")
     relative = difference / scale if scale > 0.0 and math.isfinite(difference) else math.inf
-    place = ", ".join(f"{axis} = {1e3 * values[i]:.3g}" for (axis, values), i in zip(axes.items(), index, strict=False))
+    place = ", ".join(f"{axis} = {1e3 * axes[axis][i]:.3g}" for axis, i in zip(one.axes, index, strict=True))
     return Pair(name, "field", float(a[index]), float(b[index]), relative, f"at {place} mm")
 
 
@@ -214,9 +216,8 @@ def _relative(a: float, b: float, scale: float) -> float:
     return difference / scale if math.isfinite(difference) and scale > 0.0 else math.inf
 
 
-def _finite(value: Any) -> float:
-    number = float(value) if isinstance(value, (int, float)) else 0.0
-    return number if math.isfinite(number) else 0.0
+def _finite(value: float) -> float:
+    return value if math.isfinite(value) else 0.0
 
 
 def _magnitude(values: NDArray[Any] | None) -> float | None:

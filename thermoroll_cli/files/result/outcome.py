@@ -3,7 +3,7 @@
 The tree of a result has the attributes `status`, `reason`, … and the nodes
 
 - `numbers`: value, uncertainty, unit and meaning of every scalar;
-- `fields`: of the state, over x and y;
+- `fields`: of the state, over x and y, or over x alone;
 - `lower`, `upper`: stresses inside the bodies, over z, x and y;
 - `residuals`: over the iterations;
 - `isothermal`, of the same layout, if heat changes the contact; and the `patches` of an assembly under their names;
@@ -67,6 +67,13 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
     return result_of(load(path, KIND, () if with_fields else ("fields", *BODIES, "residuals", "lines")), path)
 
 
+def read_tree(path: str | os.PathLike[str]) -> Node:
+    """The tree of the result in a file, which is whole. Raises ResultFileError."""
+    tree = load(path, KIND)
+    result_of(tree, path)
+    return tree
+
+
 def tree_of(result: Result) -> Node:
     """The tree of a `result`."""
     nodes = {"numbers": _numbers(result.numbers, result.uncertainty)} | _fields(result.coupled)
@@ -112,12 +119,13 @@ def _fields(state: State) -> dict[str, Node]:
         return {}
     return {"fields": Node(_plane(state) | {
         # The state is a label of three values; eight bytes for each would be a sixth of the file.
-        name: _labelled(("x", "y"), np.asarray(values, dtype=np.int8 if name == "state" else np.float64), FIELDS.get(name))
-        for name, values in state.fields.items()})}
+        name: _labelled(("x", "y")[: np.ndim(values)], np.asarray(values, dtype=np.int8 if name == "state" else np.float64),
+                        FIELDS.get(name)) for name, values in state.fields.items()})}
 
 
 def _plane(state: State) -> dict[str, Labelled]:
-    return axis("x", state.x, "m", "along rolling, trailing edge at +x") | axis("y", state.y, "m", "lateral")
+    return axis("x", state.x, "m", "along rolling, trailing edge at +x") | (
+        axis("y", state.y, "m", "lateral") if len(state.y) else {})
 
 
 def _labelled(axes: tuple[str, ...], values: Any, declared: Field | None, where: str = "") -> Labelled:
@@ -199,7 +207,7 @@ def _problem_adapter() -> TypeAdapter[Problem]:
 def _state(tree: Node, scalars: Mapping[str, float]) -> State:
     arrays = tree.nodes.get("fields", Node()).arrays
     x, y = (_coordinates(arrays[name]) if name in arrays else np.zeros(0) for name in "xy")
-    fields = {name: _over(array, ("x", "y"), name) for name, array in arrays.items() if name not in "xy"}
+    fields = {name: _over(array, ("x", "y")[: array.values.ndim], name) for name, array in arrays.items() if name not in "xy"}
     return State(fields, scalars, x, y)
 
 
