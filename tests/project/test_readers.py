@@ -1,0 +1,34 @@
+"""The readers of tables for vehicle programs in docs/readers, compiled and run."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from thermoroll_cli import CreepForceTable
+
+ROOT = Path(__file__).parents[2]
+CIRCLE = ROOT / "cases" / "creep_forces_circle.h5"
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_the_reader_in_c_finds_the_forces_of_the_table(tmp_path: Path) -> None:
+    """Linear between the nodes: within 1 % of μW of the splines, also with reversed creepages and beyond full sliding."""
+    assert call("table", "query", CIRCLE, "--csv", tmp_path / "forces.csv").returncode == 0
+    program = tmp_path / "creep_forces"
+    subprocess.run(["cc", "-O1", "-Wall", "-Wextra", "-Werror", "-o", program, ROOT / "docs/readers/creep_forces.c", "-lm"],
+                   check=True)
+    table, random = CreepForceTable.read(CIRCLE), np.random.default_rng(3)
+    creepages = random.normal(size=(12, 3)) * 10.0 ** random.uniform(-1.5, 1.0, (12, 1))
+    for creepage in [*creepages.tolist(), [0.0, 0.0, 0.0], [1e3, 0.0, 0.0]]:
+        done = subprocess.run([program, tmp_path / "forces.csv", "1", *map(repr, creepage)], capture_output=True, text=True,
+                              check=True)
+        exact = table.forces(*creepage, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
+        found = [float(word) for word in done.stdout.split()]
+        assert found[:3] == pytest.approx([exact.force_x, exact.force_y, exact.spin_moment], abs=1e-2)
+        assert found[3] == pytest.approx(float(exact.stick_fraction), abs=0.05)
