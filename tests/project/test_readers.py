@@ -30,5 +30,6 @@ def test_the_reader_in_c_finds_the_forces_of_the_table(tmp_path: Path) -> None:
                               check=True)
         exact = table.forces(*creepage, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
         found = [float(word) for word in done.stdout.split()]
-        assert found[:3] == pytest.approx([exact.force_x, exact.force_y, exact.spin_moment], abs=1e-2)
+        assert found[:3] == pytest.approx(
+            [float(part) for part in (exact.force_x, exact.force_y, exact.spin_moment)], abs=1e-2)
         assert found[3] == pytest.approx(float(exact.stick_fraction), abs=0.05)
