@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from scripts.stress.outcome import Outcome
-from scripts.stress.wheelsets import RAILS, ROOT, WHEELS
+from scripts.stress.wheelsets import RAILS, ROOT, WHEELS, worn_wheel
 from thermoroll_cli import Case, conicity
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.conicity import Conicity
 
 EXACT, SAME = 1e-6, 1e-6
 """Relative departure of the conicity from a cone's, and of a mirrored wheelset from itself."""
+WITHIN = 0.03, 0.01
+"""Relative and absolute departure of a conicity from one that is integrated over its table."""
 CONE = (-60.0, 60.0)
 """Ends (mm) of a wheel that is a cone."""
 
@@ -85,3 +87,63 @@ def mirrored(content: dict[str, Any]) -> dict[str, Any]:
 
 def _agree(one: Conicity, other: Conicity) -> bool:
     return bool(np.allclose(one.conicity, other.conicity, rtol=SAME, atol=0.0, equal_nan=True))
+
+
+def by_integration(shifts: np.ndarray, difference: np.ndarray, amplitude: float, product: float) -> float:
+    """tan γ_e of Klingel's wave at an `amplitude` (m), y'' = −Δr/(e r₀), followed step by step from the side where it turns:
+    the orbit around the least of the potential that spans twice the amplitude."""
+    y = np.linspace(shifts[0], shifts[-1], 40001)
+    dr = np.interp(y, shifts, difference)
+    level = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(y) * (dr[1:] + dr[:-1]))))
+    bottom = int(np.argmin(level))
+    spans = []
+    for k in range(bottom, -1, -1):     # the first place on the right at least as high as all of the left side so far
+        if level[k] < level[k : bottom + 1].max():
+            continue
+        right = np.flatnonzero(level[bottom:] > level[k])
+        if not len(right):
+            break
+        spans.append((k, bottom + int(right[0]) - 1))
+    k, end = next((k, end) for k, end in spans if y[end] - y[k] >= 2.0 * amplitude)
+    inside = level[k] - level[k + 1 : end]
+    # x = ∫ dy/√(2 (E − S)/(e r₀)); the steps at the turning points by their slope.
+    whole = float((np.diff(y)[0] / np.sqrt(2.0 * np.maximum(inside, 1e-30) / product)).sum())
+    for place in (k, end):
+        whole += float(np.sqrt(2.0 * np.diff(y)[0] * product / max(abs(dr[place]), 1e-12)))
+    return float((np.pi / (2.0 * whole)) ** 2 * 2.0 * product)
+
+
+@dataclass(frozen=True)
+class WornTrack:
+    """The tables of a wheelset whose wheels look measured, and the amplitudes (mm)."""
+
+    content: dict[str, Any]
+    amplitudes: list[float]
+
+
+def worn_track(seed: int) -> WornTrack:
+    """A track under wheels as instruments find them (`worn_wheel`)."""
+    rng = np.random.default_rng([59, seed])
+    profile, back = worn_wheel(rng)
+    rail, cant = RAILS[rng.integers(len(RAILS))]
+    return WornTrack({
+        "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28}, "load": {"friction_coefficient": 0.3},
+        "rolling": {"speed_m_s": 1.0},
+        "track": {"rail_profile": {"file": str(ROOT / rail)}, "cant": cant,
+                  "gauge_mm": 1435.0 + float(rng.uniform(-3.0, 10.0))},
+        "wheelset": {"nominal_radius_mm": 460.0, "vertical_N": 1e5, "flange_back_mm": back, "wheel_profile": profile},
+    }, [1.0, 2.0, 3.0, 5.0])
+
+
+def check_worn(track: WornTrack) -> Outcome:
+    """Each number is that of Klingel's wave, followed step by step over the table of the rolling radii; else a warning says
+    why."""
+    found = conicity(Case.from_dict(track.content), track.amplitudes)
+    broken = [] if np.isfinite(found.conicity).all() or found.warnings else [f"conicities {found.conicity} without a warning"]
+    product = found.problem.contact_distance * found.mean_radius
+    for amplitude, value in zip(found.amplitudes, found.conicity, strict=True):
+        if np.isfinite(value) and value > 0.0:
+            expected = by_integration(found.shifts, found.radius_difference, amplitude, product)
+            if abs(value - expected) > WITHIN[0] * expected + WITHIN[1]:
+                broken.append(f"{value:.4f} at {1e3 * amplitude:g} mm, by integration {expected:.4f}")
+    return Outcome(True, broken=tuple(broken))

@@ -127,6 +127,8 @@ POPULATIONS = {
     "tread and flange": Population(wheelsets.tread_and_flange, wheelsets.check, 200, limit=120.0),
     "displaced wheelsets": Population(wheelsets.displaced, wheelsets.check, 200, limit=60.0),
     "conicities": Population(conicities.random_track, conicities.check, 200),
+    "worn conicities": Population(conicities.worn_track, conicities.check_worn, 200),
+    "worn wheelsets": Population(wheelsets.worn_wheelset, wheelsets.check, 200, limit=120.0),
     "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),

@@ -9,6 +9,7 @@ import numpy as np
 
 from scripts.stress.outcome import Outcome
 from thermoroll_cli import Case, CaseError
+from thermoroll_cli.files.profile_file import read_outline
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
@@ -20,6 +21,7 @@ RAILS = (("cases/MBench_UIC60_v3.prr", 0.0), ("tests/reference/wheelset/uic60_tr
 """Outlines of rails and their cant."""
 WHEELS = (("cases/MBench_S1002_v3.prw", 1360.0, -70.0), ("tests/reference/wheelset/worn_high_mileage.prw", 1347.4, 0.0))
 """Outlines of wheels, distance of the flange backs, and y of the flange back."""
+MEASURED = ROOT / "tests" / "reference" / "measured_profiles"
 TIP = 8.0
 """Width (mm) of the tip of a flange on either side of its lowest point."""
 EXCUSES = ("a flange climbs", "meet at sharp ends alone")
@@ -81,6 +83,46 @@ def displaced(seed: int) -> Case:
     for side in ("left", "right"):
         if rng.random() < 0.4:
             content["wheelset"][side] = {"nominal_radius_mm": 460.0 + float(rng.uniform(-2.0, 2.0))}
+    return Case.from_dict(content)
+
+
+def worn_wheel(rng: np.random.Generator) -> tuple[dict[str, Any], float]:
+    """The table of a profile as instruments find wheels, and y (mm) of its flange back: hollow, with a thin flange, the face
+    and the rounded edge of the rim, 4 µm of noise, any origin, and turned or mirrored signs."""
+    y, z = np.array(read_outline(ROOT / WHEELS[0][0]).content).T
+    if rng.random() < 0.6:
+        z = z - float(rng.uniform(0.0, 1.5)) * np.exp(-(((y + 2.0) / 18.0) ** 2))
+    if rng.random() < 0.4:      # a flange worn on its face
+        y = y - float(rng.uniform(0.0, 3.0)) * np.exp(-(((y + 38.0) / 4.0) ** 2))
+    if rng.random() < 0.5:
+        depth, round_off = float(rng.uniform(5.0, 35.0)), np.linspace(0.0, 0.5 * np.pi, 8)[1:]
+        edge = y[-1] + 5.0 * np.sin(round_off), z[-1] - 5.0 * (1.0 - np.cos(round_off))
+        y, z = np.concatenate((y, edge[0], edge[0][-1:])), np.concatenate((z, edge[1], edge[1][-1:] - depth))
+    if rng.random() < 0.3:
+        z = z + rng.normal(0.0, 4e-3, len(z))
+    origin, mirror, flip = float(rng.uniform(-50.0, 80.0)), bool(rng.random() < 0.3), bool(rng.random() < 0.2)
+    points = np.stack(((-1.0 if mirror else 1.0) * (y + origin), (-1.0 if flip else 1.0) * z), axis=1)
+    table: dict[str, Any] = {"points_mm": (points[::-1] if mirror else points).tolist(), "mirror": mirror, "flip": flip}
+    return table, WHEELS[0][2] + origin
+
+
+def worn_wheelset(seed: int) -> Case:
+    """A wheelset that looks measured near the middle of the track, or measured wheels on measured rails."""
+    rng = np.random.default_rng([61, seed])
+    content = _drawn(rng)
+    content["wheelset"] |= {"lateral_shift_mm": float(rng.uniform(-6.0, 6.0)), "wheels": "both", "yaw_mrad": 0.0,
+                            "vertical_N": float(rng.uniform(30e3, 160e3))}
+    content["wheelset"]["flange_back_distance_mm"], content["numerics"]["grid"] = 1360.0, 24
+    if rng.random() < 0.5:
+        profile, back = worn_wheel(rng)
+        content["wheelset"] |= {"wheel_profile": profile, "flange_back_mm": back}
+    else:
+        wheel = sorted(MEASURED.glob("*.whl"))[rng.integers(5)]
+        rail = sorted(path for path in MEASURED.iterdir() if path.suffix.lower() == ".ban")[rng.integers(4)]
+        back = min(y for y, _ in read_outline(wheel).content) + 0.05
+        content["wheelset"] |= {"wheel_profile": {"file": str(wheel)}, "flange_back_mm": back}
+        content["track"] |= {"rail_profile": {"file": str(rail), "mirror": rail.name == "avg_HR.BAN"}, "cant": 0.05,
+                             "gauge_mm": 1435.0}
     return Case.from_dict(content)
 
 
@@ -154,7 +196,7 @@ def violations(task: WheelsetProblem, result: Result) -> tuple[str, ...]:
     missing = abs(scalars["track_force_z_N"] / (task.vertical or 1.0) - 1.0)
     if not missing < LOAD_SHARE:
         found.append(f"the load is missed by {missing:.1e}")
-    if not scalars["power_balance_error"] < POWER_SHARE:
+    if not scalars["power_balance_error"] * scalars["Q_F_W"] < POWER_SHARE * scalars["Q_F_W"] + result.uncertainty["Q_F_W"]:
         found.append(f"power and heat differ by {scalars['power_balance_error']:.1e}")
     for side in task.sides:
         places = [patch.record["y_mm"] for patch in result.contacts if patch.record["side"] == side]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scripts.stress.conicities import by_integration
 from thermoroll_cli import Case, CaseError, conicity, solve
 from thermoroll_cli.files.profile_file import read_outline
 
@@ -52,30 +53,6 @@ def test_a_wheelset_rests_on_measured_profiles(wheel: str, rail: str, shift: flo
     # The discretisation loses a part of the power, which is part of the error of the heat.
     lost = result["power_balance_error"] * result["Q_F_W"]
     assert lost <= result.uncertainty["Q_F_W"] + 2e-3 * result["Q_F_W"]
-
-
-def by_integration(shifts: np.ndarray, difference: np.ndarray, amplitude: float, product: float) -> float:
-    """tan γ_e of Klingel's wave at an `amplitude` (m), y'' = −Δr/(e r₀), followed step by step from the side where it turns:
-    the orbit around the least of the potential that spans twice the amplitude."""
-    y = np.linspace(shifts[0], shifts[-1], 40001)
-    dr = np.interp(y, shifts, difference)
-    level = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(y) * (dr[1:] + dr[:-1]))))
-    bottom = int(np.argmin(level))
-    spans = []
-    for k in range(bottom, -1, -1):     # the first place on the right at least as high as all of the left side so far
-        if level[k] < level[k : bottom + 1].max():
-            continue
-        right = np.flatnonzero(level[bottom:] > level[k])
-        if not len(right):
-            break
-        spans.append((k, bottom + int(right[0]) - 1))
-    k, end = next((k, end) for k, end in spans if y[end] - y[k] >= 2.0 * amplitude)
-    inside = level[k] - level[k + 1 : end]
-    # x = ∫ dy/√(2 (E − S)/(e r₀)); the steps at the turning points by their slope.
-    whole = float((np.diff(y)[0] / np.sqrt(2.0 * np.maximum(inside, 1e-30) / product)).sum())
-    for place in (k, end):
-        whole += float(np.sqrt(2.0 * np.diff(y)[0] * product / max(abs(dr[place]), 1e-12)))
-    return float((np.pi / (2.0 * whole)) ** 2 * 2.0 * product)
 
 
 def agrees(found: Any) -> None:
