@@ -27,7 +27,7 @@ from thermoroll_cli.plots.run_frame import WITH, WITHOUT, borders_of, frame_of, 
 from thermoroll_cli.plots.style import readable
 from thermoroll_cli.problem.names import QUANTITIES, SCALARS, Scalar
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import scalar_text
+from thermoroll_cli.problem.scalar_errors import row_of, scalar_text
 
 ALL = ["pressure", "traction", "heat_flux", "temperature", "centreline", "summary"]
 
@@ -332,7 +332,7 @@ def test_the_summary_has_digits_as_the_errors_have() -> None:
     picture = shown(dataclasses.replace(result, problem=problem), "summary")
     texts = [line for text in picture.texts for line in text.get_text().split("\n")]
     assert "W = 80 kN, μ = 0.3, V = 200 m/s, grid 24 × 24" in texts
-    value, _, error = scalar_text("pressure_max_MPa", result.summary()).partition(" ")
+    value, _, error = scalar_text("pressure_max_MPa", row_of(result.summary())).partition(" ")
     assert value in texts and error in texts and error.startswith("± ")
     assert "spin (rad/mm)" not in texts, "rows of zeros are left out"
     assert not any("-" in text for text in texts if text[:1].isdigit() or text[:1] in "−-")

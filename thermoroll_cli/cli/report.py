@@ -24,7 +24,7 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.plots.conicity_figure import draw_conicity
 from thermoroll_cli.plots.pictures import draw, kinds_of
-from thermoroll_cli.plots.sweep_figures import numbers, summaries
+from thermoroll_cli.plots.sweep_figures import numbers, rows_of
 from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, PATCH_SCALARS, WHEELSET_SCALARS, unit_of
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import (
@@ -34,6 +34,7 @@ from thermoroll_cli.problem.scalar_errors import (
     meaning_in,
     number,
     repeats,
+    row_of,
     scalar_text,
     worth_showing,
 )
@@ -181,25 +182,25 @@ def of_result(result: Result, name: str) -> Section:
 
 
 def _tables(result: Result) -> list[Table]:
-    summary, both = result.summary(), result.isothermal is not result.coupled
-    names = listed_scalars(summary, result.problem)
+    row, both = row_of(result.summary()), result.isothermal is not result.coupled
+    names = listed_scalars(row, result.problem)
     if result.assembly:
         single, sides, patches = assembly_rows(result, names, verbose=False)
         of_sides = [(re.sub(", left wheel|left ", "", _meaning(row[0].replace("_SIDE", "_left"))), *row[1:], row[0])
                     for row in sides[1:]]
-        return [Table(_rows(summary, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)),
+        return [Table(_rows(row, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)),
                 Table(of_sides, ("both sides", "left", "right", "unit", "name"), values=(1, 2, 3), names=(4,)),
                 *([Table([(_meaning(row[0]), *row[1:], row[0]) for row in patches[1:]],
                          (*patches[0][:-1], "unit", "name"), "Patches of contact", range(1, len(patches[0])),
                          (len(patches[0]),))] if patches else [])]  # fmt: skip
     header = ("", "value", *(("without thermal expansion",) if both else ()), "unit", "name")
-    return [Table(_rows(summary, names, both=both), header, values=range(1, len(header) - 1), names=(len(header) - 1,))]
+    return [Table(_rows(row, names, both=both), header, values=range(1, len(header) - 1), names=(len(header) - 1,))]
 
 
-def _rows(summary: Mapping[str, Any], names: Iterable[str], *, both: bool) -> list[tuple[str, ...]]:
-    shown = [name for name in names if computed(summary.get(name)) and not repeats(name, summary)]
-    return [(meaning_in(summary, name) + (" (no limit)" if name in summary.get("unbounded", ()) else ""),
-             scalar_text(name, summary), *((isothermal_text(name, summary),) if both else ()), unit_of(name), name)
+def _rows(row: Mapping[str, Any], names: Iterable[str], *, both: bool) -> list[tuple[str, ...]]:
+    shown = [name for name in names if computed(row.get(name)) and not repeats(name, row)]
+    return [(meaning_in(row, name) + (" (no limit)" if name in row.get("unbounded", ()) else ""),
+             scalar_text(name, row), *((isothermal_text(name, row),) if both else ()), unit_of(name), name)
             for name in shown]  # fmt: skip
 
 
@@ -257,7 +258,7 @@ def of_conicity(found: Conicity, case: Case) -> Section:
 def _sweep_table(table: SweepColumns) -> Table:
     """A row for each point: the swept values and the scalars that have a diagram and change."""
     arrays = {name: numbers(column) for name, column in table.numbers.items()}
-    rows = summaries(arrays)
+    rows = rows_of(arrays)
     drawn = [name for names in DIAGRAMS.values() for name in names if name in arrays and worth_showing(name, rows, table.keys)]
     texts = {name: [scalar_text(name, row) if computed(row.get(name)) else "–" for row in rows] for name in drawn}
     varying = [name for name in drawn if len(set(texts[name])) > 1 or len(rows) == 1]

@@ -21,7 +21,7 @@ from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import listed_scalars
+from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
 from thermoroll_cli.python_api import KINDS, solve
 from thermoroll_cli.refinement.plan import COARSEST
 
@@ -142,8 +142,8 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
 
 
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
-    width, summary = streams.width(), result.summary()
-    names = list(ALL_SCALARS) if verbose else listed_scalars(summary, result.problem)
+    width, row = streams.width(), row_of(result.summary())
+    names = list(ALL_SCALARS) if verbose else listed_scalars(row, result.problem)
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"
@@ -154,7 +154,7 @@ def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
     return [
         *(head if result.converged else streams.in_colour(head, streams.RED)),
-        *scalar_table(summary, single, both=both, width=width), *align(sides), *align(patches),
+        *scalar_table(row, single, both=both, width=width), *align(sides), *align(patches),
         *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
                  f"{2 * COARSEST} or more", width) if without else ()),
     ]

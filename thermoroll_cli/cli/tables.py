@@ -15,6 +15,7 @@ from thermoroll_cli.problem.names import (
     IN_CONTACT,
     OVER_LIMIT,
     PATCH_SCALARS,
+    UNCERTAINTY,
     holds,
     unit_end,
     unit_of,
@@ -26,6 +27,7 @@ from thermoroll_cli.problem.scalar_errors import (
     meaning_in,
     number,
     repeats,
+    row_of,
     scalar_text,
     with_error,
     worth_showing,
@@ -41,24 +43,24 @@ _NARROWEST = 9
 """Headers and meanings are not cut to less."""
 
 
-def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
+def scalar_table(row: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
     """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, and the meaning:
     a brief one or its first words where `width` has little room, and on the next line where it has none.
 
-    `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
+    `row` is that of a result. Scalars that were not computed are left out.
     """
-    shown = [name for name in names if computed(summary.get(name)) and not repeats(name, summary)]
+    shown = [name for name in names if computed(row.get(name)) and not repeats(name, row)]
     rows = [("", "coupled", "isothermal")] if both else []
-    rows += [(name, scalar_text(name, summary), isothermal_text(name, summary) if both else "") for name in shown]
+    rows += [(name, scalar_text(name, row), isothermal_text(name, row) if both else "") for name in shown]
     room = width - max(map(len, align(rows)), default=0) - 2
     meanings = [""] if both else []
     for name in shown:
-        meaning = meaning_in(summary, name)
+        meaning = meaning_in(row, name)
         brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
         shortened = textwrap.shorten(meaning, max(room, _NARROWEST), placeholder=" …")
         candidates = (meaning, brief, shortened if len(shortened) >= 20 else "")  # "maximum …" would say nothing
         fitting = (text for text in candidates if text and len(text) <= room)
-        meanings.append("no limit" if name in summary.get("unbounded", ()) else next(fitting, brief or meaning))
+        meanings.append("no limit" if name in row.get("unbounded", ()) else next(fitting, brief or meaning))
     return with_remarks([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)], width)
 
 
@@ -67,12 +69,12 @@ def assembly_rows(
 ) -> tuple[list[str], list[tuple[str, ...]], list[tuple[str, ...]]]:
     """Names of the scalars of the whole of an assembly, and the rows of two tables with a header: those of both sides beside
     each other, and those of its patches (none if there is no patch)."""
-    summary = result.summary()
+    row = row_of(result.summary())
     names = [*names, *(name for name in ALSO_LISTED if name not in names)]
     sided = {name: name.replace("_left", "_right") for name in names if "_left" in name}
     sided |= {name.replace("_right", "_left"): name for name in names if "_right" in name}
     single = [name for name in names if not {name} & {*sided, *sided.values()}]
-    text = {name: scalar_text(name, summary) if computed(summary.get(name)) else "" for pair in sided.items() for name in pair}
+    text = {name: scalar_text(name, row) if computed(row.get(name)) else "" for pair in sided.items() for name in pair}
     sides: list[tuple[str, ...]] = [("", "left", "right", "")]
     sides += [(left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left)) for left, right in sided.items()]
     rows = [("patch", *(patch.name.replace("_", " ") for patch in result.contacts), "")]
@@ -144,13 +146,13 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     swept values and the scalars worth showing, those that change most if there is no room for all. A scalar that is the same
     at all points is shown once.
     """
-    summaries, swept = [row.summary for row in rows], [axis.key for axis in points.axes]
+    cells, swept = [row.cells() for row in rows], [axis.key for axis in points.axes]
     problems = [points.case(row.number).task.contact for row in rows]
     drawn = (*(name for names in DIAGRAMS.values() for name in names), *OVER_LIMIT)
     given = {name for name, scalar in ALL_SCALARS.items() if all(holds(scalar.given, problem) for problem in problems)}
-    values = {name: finite(name, summaries) for name in drawn if name not in given and worth_showing(name, summaries, swept)}
+    values = {name: finite(name, cells) for name in drawn if name not in given and worth_showing(name, cells, swept)}
     constant = [name for name, known in values.items() if len(known) == len(rows) > 1 and len(set(map(number, known))) == 1]
-    varying = {name: _column(name, [_with_error(name, row) for row in rows]) for name in values if name not in constant}
+    varying = {name: _column(name, [_with_error(name, row) for row in cells]) for name in values if name not in constant}
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
     columns += [_column(key, [swept_text(row.over[key]) for row in rows]) for key in swept]
     room, shown = width - sum(map(_width, columns)), set()
@@ -167,8 +169,8 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     columns += [column for name, column in varying.items() if name in shown]
     height = max(map(len, columns))
     yield from align(list(zip(*([""] * (height - len(column)) + column for column in columns), strict=True)))
-    endless = sorted({name for summary in summaries for name in summary["unbounded"]})
-    for words, names in (("at all points", [f"{name} = {_with_error(name, rows[0])}" for name in constant]),
+    endless = sorted({name for row in cells for name in row["unbounded"].split()})
+    for words, names in (("at all points", [f"{name} = {_with_error(name, cells[0])}" for name in constant]),
                          ("no limit (an end or a kink of a profile)", endless),
                          ("more in the file", [name for name in varying if name not in shown])):
         if names:
@@ -184,13 +186,13 @@ def _width(column: list[str]) -> int:
     return 2 + max(map(len, column))
 
 
-def _with_error(name: str, row: Row) -> str:
+def _with_error(name: str, row: Mapping[str, Any]) -> str:
     """A scalar with its error, without spaces: a table of many columns is wide."""
-    value = row.summary.get(name, math.nan)
+    value = row.get(name, math.nan)
     if name in OVER_LIMIT:
-        error = row.summary["uncertainty"].get(OVER_LIMIT[name], math.nan) / (row.summary["friction_limit_N"] or math.nan)
+        error = row.get(UNCERTAINTY + OVER_LIMIT[name], math.nan) / (row["friction_limit_N"] or math.nan)
         return with_error(value, error).replace(" ", "")
-    return scalar_text(name, {**row.summary, name: value}).replace(" ", "")
+    return scalar_text(name, {**row, name: value}).replace(" ", "")
 
 
 def swept_text(value: Any) -> str:

@@ -33,7 +33,7 @@ from thermoroll_cli.plots.run_frame import (
     unit_for,
 )
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS, Quantity, Scalar
-from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, scalar_text
+from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, row_of, scalar_text
 
 COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 284.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""
@@ -125,13 +125,13 @@ def _rows(frame: RunFrame) -> list[Row]:
     """Rows of the table: words, the value without thermal deformation, the value, its error. Rows of zeros are left out, and
     bodies that are alike share a row."""
     result, two = frame.result, len(frame.states) > 1
-    summary, hertz = result.summary(), math.isfinite(result.of_problem["hertz_p0_MPa"])
+    row, hertz = row_of(result.summary()), math.isfinite(result.of_problem["hertz_p0_MPa"])
     rows: list[Row] = [("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")]
     for name, scalar in SCALARS.items():
-        if not any(computed(state.state.scalars.get(name)) for state in frame.states) or repeats(name, summary):
+        if not any(computed(state.state.scalars.get(name)) for state in frame.states) or repeats(name, row):
             continue
-        shown, _, error = style.readable(scalar_text(name, summary)).partition(" ±")
-        first = style.readable(isothermal_text(name, summary)) if two else ""
+        shown, _, error = style.readable(scalar_text(name, row)).partition(" ±")
+        first = style.readable(isothermal_text(name, row)) if two else ""
         words, numbers = _words(scalar, hertz), (first, shown, f"±{error}" if error else "")
         if rows[-1] == (words.replace("upper body", "lower body"), *numbers):
             rows[-1] = (words.replace("the upper body", "each body").replace("upper body", "both bodies"), *numbers)

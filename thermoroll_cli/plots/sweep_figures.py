@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.kalker import THEORIES, CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.problem.names import DIAGRAMS, UNCERTAINTY, UNITS, unit_end
+from thermoroll_cli.problem.names import DIAGRAMS, ISOTHERMAL, UNCERTAINTY, UNITS, unit_end
 from thermoroll_cli.problem.scalar_errors import FORCES, STEADY, finite, is_steady, worth_showing
 
 Column = NDArray[np.float64]
@@ -29,8 +29,6 @@ Table = Mapping[str, Sequence[Any]]
 Numbers = Mapping[str, Column]
 """The columns of a table as numbers, nan for all else."""
 
-ISOTHERMAL = "isothermal."
-"""The columns of the state without thermal deformation begin so."""
 
 THEORY_COLUMNS = ("hertz_a_mm", "hertz_b_mm", "shear_modulus_GPa", "friction_limit_N", "kalker_C11", "kalker_C22", "kalker_C23",
                   "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm")  # fmt: skip
@@ -73,7 +71,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
         raise ValueError(f"the column {over[0]} holds no numbers")
     columns = {name: numbers(column) for name, column in table.items()}
     good = {name: column if name in over else np.where(failed, math.nan, column) for name, column in columns.items()}
-    scalars = summaries(good)
+    scalars = rows_of(good)
     diagrams = [(label, names) for label, names in DIAGRAMS.items() if _worth_drawing(scalars, names, over)]
     rows = max(1, -(-len(diagrams) // 3))
     wide = max(1, -(-len(diagrams) // rows))
@@ -325,17 +323,15 @@ def merged(table: Numbers, names: Sequence[str]) -> Column | None:
     return np.fmax.reduce(columns) if columns else None
 
 
-def summaries(table: Numbers) -> list[dict[str, Any]]:
-    """Each row as the summary of a result: its scalars, with their errors by name."""
+def rows_of(table: Numbers) -> list[dict[str, float]]:
+    """The rows of the columns that hold numbers."""
     known = [name for name, column in table.items() if np.isfinite(column).any()]
-    rows = (dict(zip(known, values, strict=True)) for values in zip(*(table[name].tolist() for name in known), strict=True))
-    uncertain = {name.removeprefix(UNCERTAINTY): name for name in known if name.startswith(UNCERTAINTY)}
-    return [row | {"uncertainty": {name: row[column] for name, column in uncertain.items()}} for row in rows]
+    return [dict(zip(known, values, strict=True)) for values in zip(*(table[name].tolist() for name in known), strict=True)]
 
 
 def errors(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Column:
     """Estimated errors of the named scalars in their own unit, the largest at each point; 0 where there is none."""
-    return np.array([max(row["uncertainty"].get(name, 0.0) for name in names) for row in rows])
+    return np.array([max(row.get(UNCERTAINTY + name, 0.0) for name in names) for row in rows])
 
 
 def theory_forces(table: Numbers, theory: str) -> dict[str, Column]:

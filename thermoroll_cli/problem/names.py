@@ -136,8 +136,10 @@ COLUMN_UNITS = {"Pa": ("MPa", 1e-6), "m": ("um", 1e6), "m/s": ("m_s", 1.0), "W/m
 """SI unit of a field → the unit at the end of a column's name, as of scalars, and the factor of its values."""
 
 
-UNCERTAINTY = "uncertainty."
-"""Columns of estimated errors begin so."""
+ISOTHERMAL, UNCERTAINTY = "isothermal.", "uncertainty."
+"""How the columns of the state without thermal deformation, and those of estimated errors, begin."""
+STATES = {"isothermal": "without thermal deformation: ", "uncertainty": "estimated error: "}
+"""Mappings of a summary by the names of scalars, and words before the meanings of their columns."""
 
 ERROR = "_error"
 """End of the name of a column with the error of another one, in its unit: standard deviations of measured values."""

@@ -17,7 +17,7 @@ from thermoroll_cli import of_above, optional
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, meaning_in, scalar_text
+from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, meaning_in, row_of, scalar_text
 
 if TYPE_CHECKING:
     import xarray
@@ -316,11 +316,11 @@ class Result:
 
     def _repr_html_(self) -> str:
         """A table of the scalars that `thermoroll run` prints, for notebooks."""
-        summary, both = self.summary(), self.isothermal is not self.coupled
+        row, both = row_of(self.summary()), self.isothermal is not self.coupled
         rows = [["scalar", "coupled", "isothermal", "unit"] if both else ["scalar", "value", "unit"]]
-        for name in listed_scalars(summary, self.problem):
-            beside = [isothermal_text(name, summary)] if both else []
-            meaning = meaning_in(summary, name)
-            rows.append([meaning, scalar_text(name, summary), *beside, ALL_SCALARS[name].unit])
+        for name in listed_scalars(row, self.problem):
+            beside = [isothermal_text(name, row)] if both else []
+            meaning = meaning_in(row, name)
+            rows.append([meaning, scalar_text(name, row), *beside, ALL_SCALARS[name].unit])
         lines = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
         return f"<table><caption>{html.escape(repr(self)[1:-1])}</caption><tr>{'</tr><tr>'.join(lines)}</tr></table>"

@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT, SCALARS, WHEELSET_SCALARS, holds
+from thermoroll_cli.problem.names import (
+    ALL_SCALARS,
+    ISOTHERMAL,
+    OVER_LIMIT,
+    SCALARS,
+    STATES,
+    UNCERTAINTY,
+    WHEELSET_SCALARS,
+    holds,
+)
 from thermoroll_cli.problem.problem import BODIES, Problem
 
 FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
@@ -105,28 +114,41 @@ STEADY = 1e-6
 """Values that differ by no more than this share of the largest one are the same."""
 
 
-def listed_scalars(summary: Mapping[str, Any], problem: Problem) -> list[str]:
+def row_of(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """A summary (`Result.summary()`) as a row, by the names that columns of tables have: of the state without thermal
+    deformation `isothermal.NAME`, of estimated errors `uncertainty.NAME`, of patches of an assembly `left_1.NAME`."""
+    row = dict(summary)
+    parts = {state: row.pop(state, {}) for state in STATES}
+    for patch in summary.get("patches", ()):
+        if "side" in patch:
+            whole = f"{patch['side']}_{patch['number']}"
+            parts |= {whole: {name: value for name, value in patch.items() if isinstance(value, float)},
+                      f"{whole}.uncertainty": patch["uncertainty"]}
+    return row | {f"{part}.{name}": value for part, values in parts.items() for name, value in values.items()}
+
+
+def listed_scalars(row: Mapping[str, Any], problem: Problem) -> list[str]:
     """Names of the computed scalars in a short table (`Scalar.listed`), those of an assembly alone first."""
     return [name for name, scalar in (WHEELSET_SCALARS | ALL_SCALARS).items()
-            if computed(summary.get(name)) and holds(scalar.listed, problem)]
+            if computed(row.get(name)) and holds(scalar.listed, problem)]
 
 
-def scalar_text(name: str, summary: Mapping[str, Any]) -> str:
+def scalar_text(name: str, row: Mapping[str, Any]) -> str:
     """A scalar of a result with its estimated error, in its own unit: `11.07 ± 0.02`. A force or moment that symmetry makes
-    zero is `0`. `summary` has the shape of `Result.summary()`."""
+    zero is `0`. `row` is that of a result."""
     if name in MISMATCHES:
-        return number(summary[name], MISMATCH_DIGITS)
-    return "0" if is_noise(name, summary) else with_error(summary[name], _number(summary["uncertainty"], name))
+        return number(row[name], MISMATCH_DIGITS)
+    return "0" if is_noise(name, row) else with_error(row[name], _number(row, UNCERTAINTY + name))
 
 
-def isothermal_text(name: str, summary: Mapping[str, Any]) -> str:
+def isothermal_text(name: str, row: Mapping[str, Any]) -> str:
     """The same scalar without thermal deformation, with the same number of digits; "" if that state does not have it."""
-    isothermal = {**summary, **summary["isothermal"]}
-    if name not in summary["isothermal"]:
+    if f"{ISOTHERMAL}{name}" not in row:
         return ""
+    isothermal = {**row, **{key.removeprefix(ISOTHERMAL): value for key, value in row.items() if key.startswith(ISOTHERMAL)}}
     if name in MISMATCHES:
         return number(isothermal[name], MISMATCH_DIGITS)
-    return "0" if is_noise(name, isothermal) else rounded(isothermal[name], _number(summary["uncertainty"], name))
+    return "0" if is_noise(name, isothermal) else rounded(isothermal[name], _number(row, UNCERTAINTY + name))
 
 
 def with_error(value: float, error: float) -> str:
@@ -176,15 +198,15 @@ def computed(value: Any) -> bool:
     return isinstance(value, int | float) and math.isfinite(value)
 
 
-def meaning_in(summary: Mapping[str, Any], name: str) -> str:
-    """What the scalar `name` means in a result with this `summary`, which is in Hertz's contact or not."""
-    return ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
+def meaning_in(row: Mapping[str, Any], name: str) -> str:
+    """What the scalar `name` means in a result with this `row`, which is in Hertz's contact or not."""
+    return ALL_SCALARS[name].meaning_of(hertz=computed(row.get("hertz_a_mm", 0.0)))
 
 
-def repeats(name: str, summary: Mapping[str, Any]) -> bool:
+def repeats(name: str, row: Mapping[str, Any]) -> bool:
     """Whether a stress without thermal stresses is worth no row: it reads like the one with them."""
     whole = name.removeprefix("elastic_")
-    return whole != name and whole in summary and scalar_text(name, summary) == scalar_text(whole, summary)
+    return whole != name and whole in row and scalar_text(name, row) == scalar_text(whole, row)
 
 
 def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
@@ -201,7 +223,7 @@ def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
 
 
 def worth_showing(name: str, points: Sequence[Mapping[str, Any]], swept: Collection[str]) -> bool:
-    """Whether a scalar says more about the `points` (summaries) than the `swept` keys do.
+    """Whether a scalar says more about the `points` (rows) than the `swept` keys do.
 
     These say nothing: a scalar that was not computed; rounding noise; one of the upper body that reads like that of the lower
     one; a creepage that is swept; a creepage or a force that is given, so that it stays the same while the other changes; the

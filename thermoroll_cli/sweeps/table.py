@@ -13,8 +13,9 @@ import numpy as np
 
 from thermoroll_cli import optional
 from thermoroll_cli.problem import names
-from thermoroll_cli.problem.names import UNCERTAINTY
+from thermoroll_cli.problem.names import STATES
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import row_of
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     import xarray
 
 CONVERGED = "converged"
-STATES = {"isothermal": "without thermal deformation: ", "uncertainty": "estimated error: "}
-"""Mappings of a summary that have all scalars of a state, too, and words before the meanings of their columns."""
 TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
 """Columns of texts. `unbounded` names the scalars that have no limit at this point, where the contact reaches the end of a
 profile."""
@@ -55,16 +54,10 @@ class Row:
 
     def cells(self) -> dict[str, Any]:
         """The values by column, numbers and texts."""
-        summary = self.summary
-        prefixed = {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
-        grid = "x".join(str(side) for side in summary["work"].get("grid", ()))
-        patches = {f"{patch['side']}_{patch['number']}.{name}": value for patch in summary.get("patches", ()) if "side" in patch
-                   for name, value in (*patch.items(), *((UNCERTAINTY + own, error)
-                                                         for own, error in patch["uncertainty"].items()))
-                   if isinstance(value, float)}
-        return {**summary, **self.over, **prefixed, **patches, "unbounded": " ".join(summary["unbounded"]),
-                "warnings": "; ".join(summary["warnings"]), "work.grid": grid, "file": self.file.name if self.file else "",
-                "work.applications": summary["work"].get("applications", math.nan)}
+        summary, work = self.summary, self.summary["work"]
+        return {**row_of(summary), **self.over, "unbounded": " ".join(summary["unbounded"]),
+                "warnings": "; ".join(summary["warnings"]), "work.grid": "x".join(map(str, work.get("grid", ()))),
+                "file": self.file.name if self.file else "", "work.applications": work.get("applications", math.nan)}
 
 
 def summary_of(result: Result) -> dict[str, Any]:
