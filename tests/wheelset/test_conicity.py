@@ -13,6 +13,7 @@ import pytest
 
 from tests.support.command_line import call
 from thermoroll_cli import CaseError, conicity
+from thermoroll_cli.exact.hertz import hertz_contact
 
 FOLDER = Path(__file__).parents[1] / "reference" / "conicity"
 
@@ -128,7 +129,7 @@ def test_command_writes_tables_a_picture_and_json(tmp_path):
     assert record["nonlinearity_1_mm"] == pytest.approx(0.5 * (record["conicity"][3] - record["conicity"][1]), rel=1e-9)
     assert record["conicity"][-1] is None and record["amplitude_mm"] == list(range(1, 13))
     assert {Path(file).name for file in record["files"]} == {
-        "manchester_conicity.csv", "manchester_shifts.csv", "manchester_conicity.png"}
+        "manchester_conicity.csv", "manchester_shifts.csv", "manchester_contacts.csv", "manchester_conicity.png"}
     def read(name: str) -> list[dict[str, str]]:
         return list(csv.DictReader((tmp_path / name).read_text(encoding="utf-8").splitlines()))
 
@@ -138,6 +139,25 @@ def test_command_writes_tables_a_picture_and_json(tmp_path):
     assert [float(row["rolling_radius_difference_mm"]) for row in shifts] == record["rolling_radius_difference_mm"]
     printed = call("conicity", "cases/manchester.toml", "-o", tmp_path, "--no-plots").stdout
     assert "conicity_3mm       0.180" in printed and "jumps" in printed
+
+
+def test_points_of_contact_are_those_of_cones_on_crowns():
+    """Radius, inclination and curvatures in closed form; Hertz's semi-axes at half the load; mirror images on both sides."""
+    gamma, crowned = 0.05, 250.0
+    found = conicity(tables(cone(gamma), cone(gamma), rail=crown(crowned), vertical_N=100e3), [3.0])
+    points = found.contact_points()
+    rows = [dict(zip(points, row, strict=True)) for row in zip(*points.values(), strict=True)]
+    assert len(rows) == 2 * len(found.shifts)
+    angle = math.atan(gamma)
+    for row in rows[:: len(rows) // 8]:
+        sign = 1.0 if row["side"] == "right" else -1.0
+        assert row["contact_angle_mrad"] == pytest.approx(-sign * 1e3 * angle, abs=0.05)
+        assert row["curvature_y_1_m"] == pytest.approx(1e3 / crowned, rel=1e-2)
+        assert row["curvature_x_1_m"] == pytest.approx(1e3 * math.cos(angle) / row["rolling_radius_mm"], rel=1e-9)
+        exact = hertz_contact(row["curvature_x_1_m"], 1e3 / crowned, 210e9 / (1.0 - 0.28**2) / 2.0, 50e3 / math.cos(angle))
+        assert row["hertz_a_mm"] == pytest.approx(1e3 * exact.semi_axis_x, rel=1e-2)
+    left, right = rows[len(rows) // 2 // 2 * 2 : len(rows) // 2 // 2 * 2 + 2]
+    assert left["side"] == "left" and abs(left["contact_y_rail_mm"]) > 700.0 and right["contact_y_rail_mm"] > 700.0
 
 
 @pytest.mark.parametrize(("case", "more", "code", "words"), [

@@ -41,7 +41,8 @@ def conicity(
     """Equivalent conicity after EN 15302 of the wheelset of a case, from profiles and gauge alone: nothing is loaded.
 
     Writes DIR/NAME_conicity.csv (conicity over the amplitude), DIR/NAME_shifts.csv (difference of the rolling radii and places
-    of contact over the lateral shift) and the picture DIR/NAME_conicity.png.
+    of contact over the lateral shift), DIR/NAME_contacts.csv (points of contact with inclination, curvatures and Hertz's
+    semi-axes, for vehicle programs) and the picture DIR/NAME_conicity.png.
     """
     with options.usage("--amplitude"):
         amplitudes = Axis.parse(f"amplitude={amplitude}").values
@@ -57,6 +58,9 @@ def conicity(
             path = output / f"{read.name}_{kind}.csv"
             write_bytes(path, csv_text(columns, zip(*(record[name] for name in columns), strict=True)).encode())
             yield path
+        path, points = output / f"{read.name}_contacts.csv", record["contacts"]
+        write_bytes(path, csv_text(points, zip(*points.values(), strict=True)).encode())
+        yield path
 
     def draw() -> list[Path]:
         from thermoroll_cli.plots.conicity_figure import draw_conicity

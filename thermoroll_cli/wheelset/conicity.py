@@ -25,7 +25,9 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.wheelset.curves import curve
 from thermoroll_cli.wheelset.first_contact import gauge_side_warnings, touching
 from thermoroll_cli.wheelset.placement import Position, WheelSide
 from thermoroll_cli.wheelset.search import Facing
@@ -44,6 +46,8 @@ MOST_REACH = 3.0
 """Largest shift over the amplitude: a wheelset that swings about another place than the middle needs shifts beyond it."""
 FLANGE, STEEPEST = 0.01, 0.05
 """Least height of a flange in m; its steepest part has inclinations that differ by this (rad)."""
+GAP_REACH = 1.5e-3
+"""Distance (m) across within which the gap about a contact is fitted: about the half-width of loaded ones."""
 ANGLES = 4000
 """Places of the integral for the wavelength, at the cosines of equal angles: exact for any even number of them where Δr is
 linear."""
@@ -57,12 +61,22 @@ NUMBERS = {"conicity_3mm": "equivalent conicity at an amplitude of 3 mm",
 @dataclass(frozen=True)
 class Touch:
     """Where a rigid wheel touches its rail, as of a right wheel: y and z (m, track axes) on the rail, y and the radius (m) in
-    the axes of the wheelset."""
+    the axes of the wheelset, the inclination of both surfaces (rad) and their relative curvature across (1/m), of the parabola
+    through their gap within `GAP_REACH`, positive where they part; and the places in their outlines (m)."""
 
     y: float
     z: float
     y_wheel: float
     radius: float
+    angle: float
+    curvature_across: float
+    in_rail: float
+    in_wheel: float
+
+    @property
+    def curvature_along(self) -> float:
+        """Relative curvature along rolling in 1/m, of the wheel's surface of revolution (Meusnier)."""
+        return math.cos(self.angle) / self.radius
 
 
 Contacts = dict[SideName, Touch]
@@ -131,10 +145,38 @@ class Conicity:
             "rolling_radius_difference_mm": _numbers(1e3 * self.radius_difference),
             **{f"contact_y_{body}_{side}_mm": [round(1e3 * sign_of(side) * getattr(at[side], name), 9) for at in self.contacts]
                for side in SIDES for body, name in (("rail", "y"), ("wheel", "y_wheel"))},
+            "contacts": self.contact_points(),
             "conicity_3mm": _numbers([self.conicity_at(NOMINAL)])[0],
             "nonlinearity_1_mm": _numbers([1e-3 * self.nonlinearity])[0],
             "warnings": list(self.warnings),
         }
+
+
+    def contact_points(self) -> dict[str, list[Any]]:
+        """Columns of the points of contact, a row for each shift and side: places in the axes of track and wheelset
+        (`contact_y_…`) and in the profiles (`y_…`), inclination, relative curvatures, rolling radius, and Hertz's semi-axes at
+        half the vertical load of the wheelset; None where surfaces do not part across."""
+        half, modulus = 0.5 * (self.problem.vertical or math.nan), self.problem.contact.contact_modulus
+        rows = []
+        for shift, at in zip(self.shifts.tolist(), self.contacts, strict=True):
+            for side in SIDES:
+                touch, sign = at[side], sign_of(side)
+                semi_axes = math.nan, math.nan
+                if half > 0.0 and touch.curvature_across > 0.0:
+                    hertz = hertz_contact(touch.curvature_along, touch.curvature_across, modulus, half / math.cos(touch.angle))
+                    semi_axes = hertz.semi_axis_x, hertz.semi_axis_y
+                rows.append((1e3 * shift, side, *_numbers([
+                    1e3 * sign * touch.y, 1e3 * sign * touch.y_wheel, 1e3 * touch.in_rail, 1e3 * touch.in_wheel,
+                    1e3 * sign * touch.angle, touch.curvature_along, touch.curvature_across, 1e3 * semi_axes[0],
+                    1e3 * semi_axes[1], 1e3 * touch.radius, 0.0])))
+        return {name: list(column) for name, column in zip(CONTACT_POINTS, zip(*rows, strict=True), strict=True)} if rows else (
+            {name: [] for name in CONTACT_POINTS})
+
+
+CONTACT_POINTS = (
+    "lateral_shift_mm", "side", "contact_y_rail_mm", "contact_y_wheel_mm", "y_rail_mm", "y_wheel_mm", "contact_angle_mrad",
+    "curvature_x_1_m", "curvature_y_1_m", "hertz_a_mm", "hertz_b_mm", "rolling_radius_mm", "roll_mrad")  # fmt: skip
+"""Columns of the points of contact. The roll is 0, as in the values of EN 15302."""
 
 
 def _numbers(values: Sequence[float] | Array) -> list[float | None]:
@@ -189,7 +231,15 @@ def _touch(facing: Facing) -> Touch | None:
     height = np.interp(at, y[around], rail.z[around])
     if own < _climbing(facing.wheel):
         return None
-    return Touch(float(at), float(height), float(own), float(radius))
+    near = np.flatnonzero(np.abs(y - at) <= GAP_REACH)
+    fitted = np.polyfit(y[near] - at, gap[near], 2)[0] if np.isfinite(gap[near]).all() and len(near) > 3 else math.nan
+    slope = float(np.interp(at, y[around], ours))
+    cosine = 1.0 / math.hypot(1.0, slope)
+    # Heights become distances along the normal, and y lengths along the surface.
+    return Touch(float(at), float(height), float(own), float(radius), math.atan(slope), float(2.0 * fitted) * cosine**3,
+                 *(float(np.interp(index, np.arange(len(rows)), rows)) for index, rows in (
+                     (np.interp(at, y[around], rail.index[around]), curve(facing.rail.profile).samples[0]),
+                     (place, curve(facing.wheel.profile).samples[0]))))
 
 
 @lru_cache(maxsize=8)
