@@ -29,7 +29,7 @@ PACKAGES = (
     {"refinement"},
     {"wheelset", "history"},
     {"files", "plots"},
-    {"python_api"},
+    {"python_api", "peer"},
     {"sweeps"},
     {"creep_table", "worn"},
     {"cli"},

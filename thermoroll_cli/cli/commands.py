@@ -4,6 +4,7 @@ imported when the first is drawn."""
 from __future__ import annotations
 
 import importlib
+import keyword
 from typing import Annotated, Any
 
 import typer
@@ -20,6 +21,7 @@ COMMANDS = {
     "conicity": ("conicity", "Equivalent conicity after EN 15302 of the wheelset of a case."),
     "show": ("show", "Show what a case means and what would run."),
     "validate": ("cases", "Check cases and report all their errors."),
+    "import": ("import_command", "Write the cases of an input file of CONTACT as cases."),
     "init": ("cases", "Write a case with comments, to be edited."),
     "schema": ("cases", "Print the JSON schema of case files."),
     "plot": ("results", "Draw the pictures of results and sweeps again."),
@@ -73,7 +75,8 @@ for _name, (_, _summary) in COMMANDS.items():
 
 
 def _imported(name: str) -> Any:
-    command = getattr(importlib.import_module(f"thermoroll_cli.cli.{COMMANDS[name][0]}"), name)
+    module = importlib.import_module(f"thermoroll_cli.cli.{COMMANDS[name][0]}")
+    command = getattr(module, f"{name}_" if keyword.iskeyword(name) else name)
     if not isinstance(command, typer.Typer):
         function, command = command, typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=HELP_OPTIONS)
         command.command(name)(function)

@@ -49,6 +49,9 @@ class OutlineTable(Table):
 Outline = Annotated[OutlineTable, Allowed("a table: points_mm or file")]
 
 
+_Coordinate = Annotated[float, Field(ge=-1e4, le=1e4)]
+
+
 class TrackSideTable(Table):
     """One rail, where it differs from the other."""
 
@@ -56,6 +59,10 @@ class TrackSideTable(Table):
     shift_y_mm: float = quantity("Shift of this rail to the field side", 0.0, ge=-1e3, le=1e3)
     shift_z_mm: float = quantity("Shift of this rail downwards", 0.0, ge=-1e3, le=1e3)
     roll_mrad: float = quantity("Roll of this rail about y = z = 0 of its outline, top to the field side", 0.0, ge=-500, le=500)
+    origin_mm: Annotated[Annotated[list[_Coordinate], Field(min_length=2, max_length=2)] | None,
+                         Allowed("[y, z] of numbers from -10000 to 10000")] = Field(
+        default=None, description="Place of y = z = 0 of the outline, instead of gauge and top: [y to the field side from the "
+        "middle of the track, z down] in mm")
 
 
 class TrackTable(Table):
@@ -139,7 +146,10 @@ def _rail(track: TrackTable, own: TrackSideTable | None) -> RailSide:
     profile = (own and own.rail_profile) or track.rail_profile
     assert profile is not None
     moved = () if own is None else (own.si("shift_y_mm"), own.si("shift_z_mm"), own.si("roll_mrad"))
-    return RailSide(points_of(profile), track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), *moved)
+    placed = RailSide(points_of(profile), track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), *moved)
+    if own is None or own.origin_mm is None:
+        return placed
+    return replace(placed, origin=(1e-3 * own.origin_mm[0], 1e-3 * own.origin_mm[1]))
 
 
 def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:

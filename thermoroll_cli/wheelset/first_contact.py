@@ -78,12 +78,12 @@ def facts_of(problem: WheelsetProblem) -> dict[str, float]:
 
 def flange_clearance(facing: Facing) -> float:
     """Way (m) to the side that is left between flange and rail at the gauge height, of a wheelset without roll and yaw at its
-    nominal height; negative where the flange climbs, nan without a flange."""
+    nominal height; negative where the flange climbs, nan without a flange or a rail there."""
     rail, wheel = facing.rail, facing.wheel
-    face = float(rail.samples[0][rail.samples[1] <= rail.gauge_height].min())
+    face = rail.samples[0][rail.samples[1] <= rail.gauge_height]
     y, r = wheel.samples[:2]
     flange = y[r >= wheel.radius + rail.gauge_height]
-    return face - float(flange.max()) - facing.position.y if len(flange) else math.nan
+    return float(face.min()) - float(flange.max()) - facing.position.y if len(flange) and len(face) else math.nan
 
 
 def gauge_side_warnings(problem: WheelsetProblem) -> Iterator[str]:
@@ -92,7 +92,7 @@ def gauge_side_warnings(problem: WheelsetProblem) -> Iterator[str]:
         y, z = rail.samples[:2]
         top = int(np.argmin(z))
         gauge, field = (float((z[there] - z[top]).max()) for there in (y <= y[top], y >= y[top]))
-        if gauge < rail.gauge_height:
+        if gauge < rail.gauge_height and rail.origin is None:
             advice = ": mirror = true in the table of its profile exchanges the sides" if field >= rail.gauge_height else ""
             yield (f"the {side} rail is known down to {1e3 * gauge:.3g} mm below its top on the gauge side, and to "
                    f"{1e3 * field:.3g} mm on the other{advice}; the gauge is measured at {1e3 * rail.gauge_height:g} mm, and "

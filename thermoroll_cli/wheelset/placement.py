@@ -16,7 +16,8 @@ class RailSide:
     """A right rail: its profile (y to the field side, z down, m), `cant` inwards (rad), half the gauge (m) measured
     `gauge_height` below the top, and shifts and a roll of its own.
     `friction` has points (inclination of its surface in rad, share of the coefficient of friction), the share constant outside
-    them; none where friction is the same everywhere."""
+    them; none where friction is the same everywhere. `origin` is the place of y = z = 0 of the profile (y from the middle of
+    the track to the field side, z down, m), in place of gauge and top."""
 
     profile: Points
     cant: float
@@ -26,21 +27,26 @@ class RailSide:
     shift_z: float = 0.0
     roll: float = 0.0
     friction: Points = ()
+    origin: tuple[float, float] | None = None
 
     @cached_property
     def samples(self) -> Array:
         """Rows y, z, dy/ds, dz/ds of the rail's surface in track axes, (4, n).
 
         The profile is turned by −cant about x; its highest point lies at z = 0, and the least y within the gauge height below
-        it at half the gauge. From there the rail rolls about the origin of its profile, as CONTACT's deviations of rails do."""
+        it at half the gauge, unless `origin` places it. From there the rail rolls about the origin of its profile, as CONTACT's
+        deviations of rails do."""
         profile = curve(self.profile).samples
+        moved = np.array([self.shift_y, self.shift_z, 0.0, 0.0])[:, None]
+        if self.origin is not None:
+            return _turned(profile, self.roll - self.cant) + moved + np.array([*self.origin, 0.0, 0.0])[:, None]
         y, z = _turned(profile, -self.cant)[:2]
         height = z.min() + self.gauge_height
         crossing = np.flatnonzero((z[:-1] - height) * (z[1:] - height) < 0.0)
         share = (height - z[crossing]) / (z[crossing + 1] - z[crossing])
         reached = np.concatenate((y[z <= height], (1.0 - share) * y[crossing] + share * y[crossing + 1]))
-        placed = [self.half_gauge - reached.min() + self.shift_y, self.shift_z - z.min(), 0.0, 0.0]
-        return _turned(profile, self.roll - self.cant) + np.array(placed)[:, None]
+        placed = np.array([self.half_gauge - reached.min(), -z.min(), 0.0, 0.0])[:, None]
+        return _turned(profile, self.roll - self.cant) + placed + moved
 
 
 @dataclass(frozen=True)

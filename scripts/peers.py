@@ -1,0 +1,107 @@
+"""CONTACT's own suite (github.com/eve70a/CONTACT, folders `examples` and `testbank`) imported, solved and compared.
+
+    python -m scripts.peers PATH [--only WORD] [--grid N] [--write]
+
+prints a row for each input file with an output beside it: its cases, how many can be written, and how many forces of these
+differ from CONTACT's, on the elements of its suite, by up to 0.2 %, 1 % and 3 % of the largest component; then the reasons of
+the cases that are left out. --write puts both tables into docs/verification.md."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from scripts.figures.figures_documents import fill, markdown
+from thermoroll_cli.cli.import_command import imported, solved
+from thermoroll_cli.files.case import Override
+from thermoroll_cli.files.case_errors import CaseError
+from thermoroll_cli.peer.reference import output_beside, reference_forces
+
+ROOT = Path(__file__).parents[1]
+BOUNDS = (0.002, 0.01, 0.03)
+HEADER = [
+    "file",
+    "cases",
+    "written",
+    "compared",
+    *(f"within {100 * bound:g} %" for bound in BOUNDS),
+    "largest difference",
+    "not solved",
+]
+
+
+def difference(force: Sequence[float], reference: Sequence[float]) -> float:
+    """The largest difference of a component over the largest component of the reference."""
+    scale = max(map(abs, reference))
+    return max(abs(ours - theirs) for ours, theirs in zip(force, reference, strict=True)) / scale if scale else float("nan")
+
+
+def row_of(deck: Path, name: str, overrides: Sequence[Override], left_out: Counter[str]) -> tuple[list[str], list[int]]:
+    """The row of one input file, and its numbers; reasons of cases that are left out are counted in `left_out`."""
+    try:
+        cases = imported(deck)
+    except CaseError as cause:
+        left_out[f"the file ends in an error: {cause.findings[0].message}"] += 1
+        return [name, *["0"] * (len(HEADER) - 3), "", "the file"], [0] * (4 + len(BOUNDS))
+    left_out.update(each.reason for each in cases if each.case is None)
+    beside = output_beside(deck)
+    reference = reference_forces(beside) if beside else {}
+    differences, unsolved = [], []
+    for each in (each for each in cases if each.case is not None):
+        try:
+            row = solved(each, reference, overrides)
+        except Exception as cause:
+            # A fault of one case is to be seen, and the others too.
+            unsolved.append(f"{each.number} ({type(cause).__name__})")
+            continue
+        if row["status"] != "converged":
+            unsolved.append(str(each.number))
+        elif row["reference"]:
+            differences.append((difference(row["force"], row["reference"]), each.number))
+        print("  ", name, row, flush=True)
+    counts = [
+        len(cases),
+        sum(each.case is not None for each in cases),
+        len(differences),
+        *(sum(error <= bound for error, _ in differences) for bound in BOUNDS),
+    ]
+    worst = f"{100 * max(differences)[0]:.2g} % (case {max(differences)[1]})" if differences else ""
+    return [name, *map(str, counts), worst, ", ".join(unsolved)], counts
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("path", type=Path)
+    parser.add_argument("--only", default="", help="only files whose name has this word")
+    parser.add_argument("--grid", type=int, default=0, help="elements per side; as imported if left out")
+    parser.add_argument("--write", action="store_true", help="write the tables into docs/verification.md")
+    options = parser.parse_args()
+    decks = sorted(
+        deck
+        for ending in ("*.inp", "*.ref_inp")
+        for deck in options.path.rglob(ending)
+        if output_beside(deck) and options.only in str(deck)
+    )
+    overrides = [Override.parse(f"numerics.grid={options.grid}")] if options.grid else []
+    left_out: Counter[str] = Counter()
+    rows, sums = [], [0] * (3 + len(BOUNDS))
+    for deck in decks:
+        row, counts = row_of(deck, deck.stem, overrides, left_out)
+        rows.append(row)
+        sums = [one + other for one, other in zip(sums, counts, strict=False)]
+    tables = {
+        "suite": {"header": HEADER, "rows": [*(row for row in rows if row[2] != "0"), ["all", *map(str, sums), "", ""]]},
+        "reasons": {
+            "header": ["left out for", "cases"],
+            "rows": [[reason, str(count)] for reason, count in left_out.most_common()],
+        },
+    }
+    print(*(markdown(table) for table in tables.values()), sep="\n")
+    if options.write:
+        fill(ROOT / "docs", {"peers": tables})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,200 @@
+"""`thermoroll import`: input files of CONTACT."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from tests.support.wheelsets import FOLDER, case_named, outline_points
+from thermoroll_cli.cli.import_command import imported, solved
+from thermoroll_cli.files.case_errors import CaseError
+from thermoroll_cli.files.case_source import Override
+from thermoroll_cli.peer.deck import read_deck
+from thermoroll_cli.peer.reference import reference_forces
+from thermoroll_cli.python_api import solve
+from thermoroll_cli.wheelset.placement import RailSide
+
+FIRST = """% Written for this test: Hertz's ellipse, steady rolling.
+
+ 3  MODULE
+  203100     P-B-T-N-F-S        PVTIME, BOUND , TANG  , NORM  , FORCE , STRESS
+  022020     L-D-C-M-Z-E        FRCLAW, DISCNS, INFLCF, MATER , RZNORM, EXRHS
+ 0000241   H-G-I-A-O-W-R  HEAT, GAUSEI, IESTIM, MATFIL, OUTPUT, FLOW  , RETURN
+   999   100    30      1     .1-04     MAXGS , MAXIN , MAXNR , MAXOUT, EPS
+  100000.  -0.002    0.001    2d-4             FN, CKSI, CETA, CPHI
+   0.300    0.300                              FSTAT, FKIN
+   {chi}    0.200    30000.                    CHI, DQ, VELOC
+   0.280    0.280    82000.   82000.           POISS 1,2,  GG 1,2
+    1                                          IPOTCN
+   60   60             % mx, my
+   -7.90  -11.25
+    0.200   0.500      dx, dy
+    1    1                                     IBASE, IPLAN
+  0.001015  0.0  0.0004215    % B1, B2, B3
+  0.0  0.0  0.0               B4, B5, B6
+"""
+SECOND = """
+ 3  MODULE
+  203110     P-B-T-N-F-S
+  100000     L-D-C-M-Z-E
+ 0100241   H-G-I-A-O-W-R
+  100000.   0.5     0.001   0.0002             FN, FX, CETA, CPHI
+"""
+GRID = [Override.parse("numerics.grid=32")]
+END = "\n 0  MODULE\n"
+WHEEL = """ 1  MODULE
+ {side}203000   C-P-B-T-N-F-S
+ 0022033   V-L-D-C-M-Z-E
+ 0000321   H-G-I-A-O-W-R
+   999   100    30      1     1e-5
+   0.300    0.300
+   0.280    0.280    82000.   82000.
+   0.2  0.2  1.0  90d  8.0  4.0
+   14.0   0   1435.0   0.0
+  '{folder}/{rail}'  0  1.000  0.0
+     0.0      0.0    0.0      0.0  0.0  0.0
+  1360.0    -70.0    460.0
+  '{folder}/MBench_S1002_v3.prw'   0  1.000  0.0
+  0.0  {y}  {z}  {roll}  {yaw}  0.0
+ 2000. 0.0  0.0  0.0   0.0   {omega}
+"""
+
+
+def deck_of(folder: Path, text: str, name: str = "deck.inp") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_digits_keep_what_was_read_and_forces_keep_their_axes(tmp_path: Path) -> None:
+    """CONTACT's example of heat, case 4: 21820 and −4476 N on its elements; rolling the other way turns everything by 180°."""
+    found = imported(deck_of(tmp_path, FIRST.format(chi="180d") + SECOND + END))
+    force = [solved(each, {}, GRID)["force"] for each in found]
+    assert force[0] == pytest.approx([21_820.0, -4_476.0, 100_000.0], rel=0.01)
+    assert force[1][0] == pytest.approx(0.5 * 0.3 * 100_000.0)
+    turned = FIRST.format(chi="0.0").replace("-0.002    0.001 ", "0.002   -0.001 ")
+    back = solved(imported(deck_of(tmp_path, turned + END))[0], {}, GRID)["force"]
+    assert back == pytest.approx([-force[0][0], -force[0][1], force[0][2]], rel=1e-9)
+
+
+@pytest.mark.parametrize(("kind", "area"), [(-1, "0.001015 0.0004215"), (-2, "0.001015 {ratio}"), (-3, "{a} {b}")])
+def test_ellipses_are_those_of_the_radii(tmp_path: Path, kind: int, area: str) -> None:
+    """Curvatures, one of them with the ratio of the axes, and the axes describe the same contact."""
+    plain = imported(deck_of(tmp_path, FIRST.format(chi="0.0") + END))[0].case
+    assert plain is not None
+    scalars = solve(plain.with_values({"numerics.grid": 16}))
+    a, b = scalars["hertz_a_mm"], scalars["hertz_b_mm"]
+    head = FIRST.format(chi="0.0").partition("    1                                          IPOTCN\n")[0]
+    text = head + f"  {kind}   IPOTCN\n  20 20  {area.format(ratio=a / b, a=a, b=b)} 1.2\n" + END
+    case = imported(deck_of(tmp_path, text))[0].case
+    assert case is not None and case.settings.geometry is not None and plain.settings.geometry is not None
+    for key in ("upper_radius_x_mm", "upper_radius_y_mm"):
+        assert getattr(case.settings.geometry, key) == pytest.approx(getattr(plain.settings.geometry, key), rel=1e-6)
+
+
+@pytest.mark.parametrize(("change", "reason"), [
+    (("022020", "022320"), "M = 3"), (("203100", "200100"), None), (("203100", "233100"), "B = 3"),
+    (("022020", "022029"), "E = 9"), (("203100", "202100"), "history"),
+    (("0.0  0.0  0.0     ", "0.1  0.0  0.0     "), "IBASE = 1"),
+])  # fmt: skip
+def test_what_is_left_out_is_named(tmp_path: Path, change: tuple[str, str], reason: str | None) -> None:
+    text = FIRST.format(chi="0.0").replace(*change, 1)
+    if "320" in change[1]:
+        text = text.replace("    1                                          IPOTCN", " 1.0 1.0 1.0\n 1 IPOTCN")
+    if change[1].startswith("200100"):
+        text = text.replace("   0.0    0.200    30000.                    CHI, DQ, VELOC\n", "")
+    if change[1].endswith("9"):
+        text += "0.0 " * 7200 + "\n"
+    found = imported(deck_of(tmp_path, text + END))[0]
+    assert (found.case is None) == (reason is not None), found.reason
+    assert found.reason.startswith(reason or "")
+
+
+@pytest.mark.parametrize(("text", "line", "message"), [
+    (FIRST.format(chi="0.0"), 18, "ends where"),
+    (FIRST.format(chi="0.0")[:600], None, "ends where"),
+    (FIRST.format(chi="0.0").replace("82000. ", "stiff "), 11, "GG1"),
+    (" 7 MODULE\n", 1, "module 7"),
+    (" 3 MODULE\n 99999999\n", 2, "no control digits"),
+    ("", 1, "ends where"),
+])  # fmt: skip
+def test_broken_files_are_refused_with_their_line(tmp_path: Path, text: str, line: int | None, message: str) -> None:
+    path = deck_of(tmp_path, text)
+    with pytest.raises(CaseError, match=message) as caught:
+        read_deck(path)
+    assert caught.value.findings[0].source == str(path)
+    span = caught.value.findings[0].span
+    assert span is not None and line in (None, span.line)
+
+
+def wheel_deck(name: str, **more: str) -> str:
+    given = case_named(name)
+    i = given["input"]
+    values = {
+        "side": int(i["side"] == "right"),
+        "folder": str(FOLDER.parents[2] / "cases"),
+        "rail": "MBench_UIC60_v3.prr",
+        "y": i["y"],
+        "z": given["contact"]["z_ws_mm"],
+        "roll": i["roll"],
+        "yaw": i["yaw"],
+        "omega": i["omega"],
+    }
+    return WHEEL.format(**(values | more)) + END
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_wheels_have_the_forces_of_contact(tmp_path: Path, side: str) -> None:
+    name = f"A2.2 {side} y=4.0"
+    each = imported(deck_of(tmp_path, wheel_deck(name)))[0]
+    row = solved(each, {1: case_named(name)["contact"]["force_rail_track_N"]}, GRID)
+    assert row["force"] == pytest.approx(row["reference"], abs=0.002 * 10_000.0)
+
+
+def test_absolute_places_of_rails_are_those_of_the_gauge(tmp_path: Path) -> None:
+    profile = outline_points("MBench_UIC60_v3.prr")
+    by_gauge = RailSide(profile, 0.025, 0.7175, 0.014, 1e-3, 2e-3, 0.01)
+    bare = RailSide(profile, 0.025, 0.7175, 0.014)
+    y, z = (bare.samples - RailSide(profile, 0.025, 0.0, 0.0, origin=(0.0, 0.0)).samples)[:2, 0]
+    placed = RailSide(profile, 0.025, 0.0, 0.014, 1e-3, 2e-3, 0.01, origin=(float(y), float(z)))
+    assert np.abs(placed.samples - by_gauge.samples).max() < 1e-12
+    text = (
+        wheel_deck("A2.2 left y=4.0")
+        .replace("   14.0   0   1435.0", f"   -1.0  {-1e3 * y}  {1e3 * z}")
+        .replace(" 0.0\n  '", " 0.025\n  '", 1)
+    )
+    case = imported(deck_of(tmp_path, text))[0].case
+    assert case is not None and case.settings.track is not None and case.settings.track.left is not None
+    assert case.settings.track.left.origin_mm == pytest.approx([1e3 * y, 1e3 * z])
+
+
+def test_the_command_writes_compares_and_reports(tmp_path: Path) -> None:
+    text = FIRST.format(chi="180d") + SECOND.replace("203110", "243110") + END
+    deck = deck_of(tmp_path, text)
+    (tmp_path / "deck.ref_out").write_text(
+        " Case     1\n TOTAL FORCES, TORSIONAL MOMENT, ELASTIC ENERGY, FRICTIONAL POWER\n     FN   FX   FY   MZ\n"
+        "       1.000E+05   2.182E+04   -4476.   1.0\n"
+    )
+    assert reference_forces(tmp_path / "deck.ref_out") == {1: [21_820.0, -4_476.0, 100_000.0]}
+    done = call("import", deck, "-o", tmp_path / "cases", "--run", "--json", "--set", "numerics.grid=24")
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert (record["cases"], record["written"]) == (2, ["deck_1"])
+    assert record["left_out"] == [{"case": 2, "reason": "B = 4: an approximate pressure"}]
+    assert record["compared"][0]["force"] == pytest.approx(record["compared"][0]["reference"], rel=0.02)
+    assert call("validate", tmp_path / "cases" / "deck_1.toml").returncode == 0
+    assert [path.name for path in (tmp_path / "cases").iterdir()] == ["deck_1.toml"]
+
+
+def test_errors_leave_nothing_behind(tmp_path: Path) -> None:
+    deck = deck_of(tmp_path, wheel_deck("A2.2 left y=4.0", rail="none.prr"))
+    done = call("import", deck, "-o", tmp_path / "cases")
+    assert done.returncode == 3 and "deck.inp:10:1" in done.stderr and "none.prr" in done.stderr
+    assert not (tmp_path / "cases").exists()
+    assert call("import", deck_of(tmp_path, END), "-o", tmp_path / "cases").returncode == 3
+    assert call("import", tmp_path / "missing.inp").returncode == 5
+    assert call("import", deck_of(tmp_path, FIRST.format(chi="0.0") + END), "--case", "2").returncode == 2

@@ -1,0 +1,124 @@
+"""`thermoroll import`: cases of CONTACT."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from thermoroll_cli.atomic import write_bytes
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.streams import ExitCode
+from thermoroll_cli.files.case import Case, CaseError, Override
+from thermoroll_cli.peer.convert import Axes, LeftOut, converted
+from thermoroll_cli.peer.deck import read_deck
+from thermoroll_cli.peer.reference import output_beside, reference_forces
+from thermoroll_cli.python_api import solve
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A case of CONTACT by its `number`: the case here with the axes of its forces, or the reason why there is none."""
+
+    number: int
+    case: Case | None = None
+    axes: Axes | None = None
+    reason: str = ""
+
+
+def import_(
+    file: Annotated[Path, typer.Argument(metavar="FILE.inp", help="Input file of CONTACT.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the cases.")] = options.RESULTS,
+    case: Annotated[int | None, typer.Option("--case", min=1, metavar="N", help="Only this case of the file.")] = None,
+    run: Annotated[
+        bool, typer.Option("--run", help="Solve the cases; with FILE.out or FILE.ref_out forces beside it.")
+    ] = False,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Write the cases of an input file of CONTACT as cases DIR/FILE_N.toml, and say which cannot be written and why.
+
+    Profiles are referred to where they are. The exit code is 3 if no case can be written.
+    """
+    with options.recorded(file, as_json):
+        found = imported(file, case)
+    written = [each for each in found if each.case is not None]
+    if written:
+        options.check_writable(output)
+    overrides = options.parse_overrides(settings)
+    for each in written:
+        assert each.case is not None
+        write_bytes(output / f"{each.case.name}.toml", each.case.text.encode())
+    left_out = [{"case": each.number, "reason": each.reason} for each in found if each.case is None]
+    record: dict[str, Any] = {
+        "cases": len(found),
+        "written": [each.case.name for each in written if each.case],
+        "left_out": left_out,
+    }
+    if not (as_json or quiet):
+        streams.write(f"{file}: {len(written)} of {len(found)} cases written to {output}")
+        streams.write(*(f"  case {each['case']}: {each['reason']}" for each in left_out))
+    code = ExitCode.FINE if written else ExitCode.INVALID_CASE
+    if run:
+        record["compared"] = []
+        beside = output_beside(file)
+        reference = reference_forces(beside) if beside else {}
+        for each in written:
+            row = solved(each, reference, overrides)
+            record["compared"].append(row)
+            if row["status"] != "converged":
+                code = ExitCode.NOT_CONVERGED
+            if not (as_json or quiet):
+                streams.write(
+                    f"  case {row['case']}: {row['status']}, force {_shown(row['force'])} N"
+                    + (f", CONTACT {_shown(row['reference'])} N" if row["reference"] else "")
+                )
+    if as_json:
+        streams.write_json(record)
+    raise typer.Exit(code)
+
+
+def imported(file: Path, only: int | None = None) -> list[Imported]:
+    """All cases of the input file, or case `only`. Raises CaseError, OSError."""
+    cases = read_deck(file)
+    if only is not None and only > len(cases):
+        raise typer.BadParameter(f"{file} has {len(cases)} cases", param_hint="--case")
+    found: list[Imported] = []
+    before: dict[int, str] = {}
+    for each in cases:
+        name = f"{file.stem}_{each.number}"
+        try:
+            content, axes = converted(each, file, before.get(each.module, ""))
+            found.append(Imported(each.number, Case.from_dict(content, name=name), axes))
+            before[each.module] = name
+        except LeftOut as cause:
+            found.append(Imported(each.number, reason=str(cause)))
+        except CaseError as cause:
+            if cause.findings[0].source == str(file):
+                raise
+            finding = cause.findings[0]
+            found.append(Imported(each.number, reason=f"{finding.key}: {finding.message}"))
+        if found[-1].case is None:
+            before.pop(each.module, None)
+    return [each for each in found if only is None or each.number == only]
+
+
+def solved(each: Imported, reference: dict[int, list[float]], overrides: Sequence[Override]) -> dict[str, Any]:
+    """Status and forces of a case with `overrides` beside those of CONTACT, in its axes."""
+    assert each.case is not None and each.axes is not None
+    row: dict[str, Any] = {"case": each.number, "status": "invalid", "force": None, "reference": reference.get(each.number)}
+    try:
+        result = solve(Case.parse(each.case.text, name=each.case.name, overrides=overrides))
+    except CaseError as cause:
+        return {**row, "reason": cause.findings[0].message}
+    summary = result.summary()
+    row |= {"status": summary["status"], "force": each.axes.force(summary)}
+    return row if result.converged else {**row, "reason": result.reason}
+
+
+def _shown(force: list[float] | None) -> str:
+    return "none" if force is None else "[" + ", ".join(f"{part:.4g}" for part in force) + "]"

@@ -1,0 +1,370 @@
+"""Cases of CONTACT as cases of thermoroll: tables and keys, or the digit that cannot be written and why.
+
+CONTACT's axes: x along travel, y or s to the right, z or n down into body 1 (the rail); creepages of body 1 relative to body 2,
+forces on body 1. Here x points along the flow of the material, y to the left, and forces act on body 2. So a contact that
+rolls towards its own +x (CHI = 0) keeps the signs of forces and changes those of creepages; towards −x (CHI = 180 degrees) it
+is the other way round. M_z always changes its sign, spin never. Wheelsets have CONTACT's axes on both sides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from scipy.special import elliprd, elliprf
+
+from thermoroll_cli.files.case_errors import CaseError, Finding, Span
+from thermoroll_cli.files.csv_table import TableError
+from thermoroll_cli.files.profile_file import read_outline
+from thermoroll_cli.peer.deck import DeckCase
+
+Content = dict[str, Any]
+GRID = {1: 48, 3: 64}
+"""Elements per side of a contact of each module: CONTACT's own elements say nothing about the accuracy wanted here."""
+LAW = {2: "linear", 3: "rational", 4: "exponential"}
+RIGHT = {0: ("left", -1.0), 1: ("right", 1.0)}
+
+
+class LeftOut(Exception):
+    """A case cannot be written; the text has its digit and the reason."""
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Signs from forces here (on body 2, or on rails) to CONTACT's, and the side of a wheel."""
+
+    sign: float
+    side: str = ""
+
+    def force(self, scalars: Mapping[str, Any]) -> list[float]:
+        """[x, y, z] in N in CONTACT's axes from the scalars of a result."""
+        if self.side:
+            return [float(scalars[f"track_force_{axis}_{self.side}_N"]) for axis in "xyz"]
+        ending = "_N_mm" if "force_x_N_mm" in scalars else "_N"
+        return [
+            self.sign * float(scalars[f"force_x{ending}"]),
+            self.sign * float(scalars[f"force_y{ending}"]),
+            float(scalars[f"normal{ending}"]),
+        ]
+
+
+def converted(case: DeckCase, deck: Path, before: str) -> tuple[Content, Axes]:
+    """Tables and keys of `case` of the file `deck`, and the axes of its forces; `before` is the name of the case that was
+    written before, from whose state a case over time goes on.
+
+    Raises LeftOut, and CaseError where a profile is missing.
+    """
+    digits, values = case.digits, case.values
+    _leave_out(
+        (digits["R"] >= 2, f"R = {digits['R']}: CONTACT does not compute it"),
+        (digits["M"] not in (0, 1, 4), f"M = {digits['M']}: simplified theories of the tractions are not solved"),
+        ("damping" in values and digits["M2"] > 0, "M2 = 2: damping"),
+        (values.get("influence", 2) not in (2, 3), f"C = {values.get('influence')}: influence coefficients of another kind"),
+        (digits["T"] not in (0, 1, 2, 3), f"T = {digits['T']}: unknown"),
+        ("material" not in values or "friction" not in values, "C or L: no earlier case has the values that are kept"),
+    )
+    content = {**_materials(case), **_friction(case), "numerics": {"grid": GRID[case.module]}}
+    content["title"] = f"{deck.name}, case {case.number}"
+    if digits["S"]:
+        content["subsurface"] = {}
+    add = _wheelset if case.module == 1 else _contact
+    return content, add(case, deck, before, content)
+
+
+def _leave_out(*reasons: tuple[bool, str]) -> None:
+    for holds, reason in reasons:
+        if holds:
+            raise LeftOut(reason)
+
+
+def _materials(case: DeckCase) -> Content:
+    read, digits, heat = case.values["material"], case.digits, case.values.get("heat")
+    bodies: list[dict[str, Any]] = []
+    for k in (1, 2):
+        body: dict[str, Any] = {
+            "youngs_modulus_GPa": 2e-3 * read[f"GG{k}"] * (1.0 + read[f"POISS{k}"]),
+            "poisson_ratio": read[f"POISS{k}"],
+        }
+        # A spring of compliance 1/G and a Kelvin body of FG/G: the modulus falls to G/(1 + FG) in the time TC/(1 + FG).
+        if digits["M"] == 1 and (ratio := read[f"FG{k}"]) > 0.0:
+            body["relaxation"] = [[ratio / (1.0 + ratio), read[f"TC{k}"] / (1.0 + ratio)]]
+        if digits["H"] and heat:
+            of = heat[k - 1]
+            body |= {"conductivity_W_mK": 1e3 * of["LAMBDA"], "diffusivity_mm2_s": of["LAMBDA"] / (of["DENS"] * of["HEATCP"]),
+                     "expansion_um_mK": 0.0}  # fmt: skip
+        bodies.append(body)
+    content: Content = {"material": bodies[0] if bodies[0] == bodies[1] else {"lower": bodies[0], "upper": bodies[1]}}
+    if digits["M"] == 4:
+        yields = 0.0 < read["TAU_C0"] < 1e10
+        _leave_out(
+            (yields and read["K_TAU"] != 0.0, "M = 4: a third body that hardens (K_TAU)"),
+            (yields and bool(digits["H"]), "M = 4: heat of a third body that yields"),
+        )
+        content["layer"] = {"compliance_um_GPa": 1e6 * read["LAYTHK"] / read["GG3"]} | (
+            {"yield_MPa": read["TAU_C0"]} if yields else {}
+        )
+    if digits["H"]:
+        _leave_out(
+            (heat is None, "H = 1: no earlier case has the values that are kept"),
+            (digits["T"] in (1, 2), f"T = {digits['T']}: heat over time"),
+        )
+        assert heat is not None
+        content["thermal"] = {
+            "deformation": False,
+            "partition": "matched",
+            "bulk_temperature_lower_K": heat[0]["BKTEMP"],
+            "bulk_temperature_upper_K": heat[1]["BKTEMP"],
+        }
+    return content
+
+
+def _friction(case: DeckCase) -> Content:
+    digits, rows, law, memory = case.digits, case.values["friction"], case.values["law"], case.values["memory"]
+    if digits["T"] == 0:
+        return {"load": {"friction_coefficient": 0.0}}
+    places = [name for name in ("ALPHA", "SVF") if name in rows[0]]
+    plain = [{name: value for name, value in row.items() if name not in places} for row in rows]
+    one, first = all(row == plain[0] for row in plain), plain[0]
+    if digits["V"] == 1 and law == 0 and not one:
+        return {"friction": {"over_angle": [[math.degrees(row["ALPHA"]), row["FSTAT"]] for row in rows]}}
+    _leave_out(
+        (
+            not one,
+            f"V = {digits['V']}: "
+            + {1: "a law of slip or temperature that varies over the angle", 2: "friction that varies along the track"}.get(
+                digits["V"], "friction of each row"
+            ),
+        )
+    )
+    if law == 0:
+        return {"load": {"friction_coefficient": first["FSTAT"]}}
+    if law == 6:
+        rest, change = first["FREF"], first["DFHEAT"]
+        _leave_out(
+            (not digits["H"], "L = 6: friction of the temperature without heat (H = 0)"),
+            (memory["MEMDST"] > 0.0, "L = 6: memory of the temperature (MEMDST)"),
+        )
+        return {
+            "load": {"friction_coefficient": rest},
+            "friction": {
+                "temperature_slope_1_K": -change / (first["DTHEAT"] * rest),
+                "temperature_start_K": first["TREF"],
+                ("temperature_minimum_factor" if change < 0.0 else "temperature_maximum_factor"): (rest + change) / rest,
+            },
+        }
+    kinetic, *pairs = first.values()
+    terms = [(size, half) for size, half in zip(pairs[::2], pairs[1::2], strict=True) if size > 1e-8]
+    if not terms:
+        return {"load": {"friction_coefficient": kinetic}}
+    table: Content = {"memory_um": 1e3 * memory["MEMDST"], "memory_slip_mm_s": memory["MEM_S0"]} if memory["MEMDST"] else {}
+    if len(terms) == 1:
+        table |= {"law": LAW[law], "limit_coefficient": kinetic, "half_slip_m_s": 1e-3 * terms[0][1]}
+    else:
+        _leave_out((law != 2, f"L = {law}: two terms"))
+        kinks = sorted({0.0, *(2.0 * half for _, half in terms)})
+        table |= {
+            "law": "table",
+            "table": [[1e-3 * s, kinetic + sum(size * max(0.0, 1.0 - 0.5 * s / half) for size, half in terms)] for s in kinks],
+        }
+    return {"load": {"friction_coefficient": kinetic + sum(size for size, _ in terms)}, "friction": table}
+
+
+def _contact(case: DeckCase, deck: Path, before: str, content: Content) -> Axes:
+    """One contact (module 3)."""
+    digits, values, motion, load = case.digits, case.values, case.values["motion"], content.setdefault("load", {})
+    steps, rolls = digits["T"] in (1, 2), digits["T"] in (2, 3)
+    _leave_out(
+        ("shape" not in values, "D or Z: no earlier case has the shape that is kept"),
+        (digits["E"] != 0, f"E = {digits['E']}: an extra rigid slip"),
+        (any(motion.get(name) for name in ("SPINXO", "SPINYO")) and motion["CPHI"] != 0.0, "SPINXO, SPINYO: a centre of spin"),
+        (rolls and "rolling" not in values, "C: no earlier case has the speed that is kept"),
+    )
+    rolling = values["rolling"] if rolls else {"CHI": 0.0, "VELOC": 1e3, "DQ": 0.0}
+    backwards = abs(rolling["CHI"] - math.pi) < 1e-2
+    _leave_out(
+        (not backwards and abs(rolling["CHI"]) > 1e-2, f"CHI = {math.degrees(rolling['CHI']):g} degrees: rolling across")
+    )
+    length, along, across, least = _shape(case)
+    content["geometry"] = {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 0.5 / along}
+    if length:
+        _leave_out((digits["N"] == 0, "N = 0: the approach of a line contact is not defined"))
+        load["normal_N_mm"] = motion["FN"] / length
+    else:
+        content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across}
+        load |= {"normal_N": motion["FN"]} if digits["N"] else {"approach_um": 1e3 * (motion["FN"] - least)}
+    content["rolling"] = {"speed_m_s": 0.0 if digits["T"] == 1 else 1e-3 * rolling["VELOC"], "differential_slip": False}
+    turn = 1.0 if backwards else -1.0
+    if digits["T"]:
+        _motion(case, turn, length or 1.0, "_N_mm" if length else "_N", content)
+    if steps:
+        _history(case, rolling["DQ"], before, content)
+    return Axes(-turn)
+
+
+def _shape(case: DeckCase) -> tuple[float, float, float, float]:
+    """Length of a line contact in mm (0: an ellipse), coefficients of x² and y² of the undeformed distance (1/mm), and its
+    least value (mm)."""
+    area, shape, read, motion = case.values["area"], case.values["shape"], case.values["material"], case.values["motion"]
+    kind, bound = area["IPOTCN"], case.digits["B"]
+    same = read["GG1"] == read["GG2"] and read["POISS1"] == read["POISS2"]
+    _leave_out(
+        (bound not in (0, 2) or (bound == 2 and (kind < -3 or kind > 0 or not same)), f"B = {bound}: an approximate pressure"),
+        (kind == -6, "IPOTCN = -6: half of two ellipses"),
+        (
+            shape["IBASE"] != 1 and not (shape["IBASE"] == 2 and area["MY"] == 1),
+            f"IBASE = {shape['IBASE']}: a shape that is no paraboloid",
+        ),
+        (shape["IPLAN"] != 1, f"IPLAN = {shape['IPLAN']}: a part of the surface that touches"),
+    )
+    if kind > 0:
+        # Circles of the radius RM, of which there is one row.
+        b1, b2, b3, b4, b5, b6 = shape.get("B") or (0.5 / shape["RM"], 0.0, 0.0, 0.0, 0.0, 0.0)
+        _leave_out(
+            (b2 != 0.0 or b4 != 0.0 or b5 != 0.0, "IBASE = 1: a paraboloid that is turned, shifted or tilted"),
+            (b1 <= 0.0 or b3 < 0.0, "IBASE = 1: no curvature along rolling, or a concave one"),
+            (b3 == 0.0 and area["MY"] > 1, "IBASE = 1: a cylinder of finite length"),
+        )
+        if b3 != 0.0:
+            return 0.0, b1, b3, b6
+        _leave_out((kind == 4, "IPOTCN = 4: a line whose length is not given"))
+        return area["DY"] if kind in (1, 3) else area["DY"] - area["YL"], b1, b3, b6
+    first, second = area["A"], area["B"]
+    compliance = sum((1.0 - read[f"POISS{k}"]) / (2.0 * read[f"GG{k}"]) for k in (1, 2))
+    if kind == -4:
+        return 2.0 * second, first, 0.0, 0.0
+    if kind == -5:  # a² = 4 W R/(π E*) for the load W per length
+        return 2.0 * second, motion["FN"] / (2.0 * second) * 2.0 * compliance / (math.pi * first**2), 0.0, 0.0
+    if kind == -1:
+        return 0.0, first, second, 0.0
+    if kind == -2:
+        return 0.0, first, first * float(elliprd(0.0, second**2, 1.0) / elliprd(0.0, 1.0, second**2)), 0.0
+    # Hertz: A = s R_D(0, b², a²)/3 and B with a and b exchanged, s = p₀ab/E*, approach s R_F(0, a², b²).
+    a, b = first**2, second**2
+    scale = 1.5 * motion["FN"] * compliance / math.pi if case.digits["N"] else motion["FN"] / float(elliprf(0.0, a, b))
+    return 0.0, scale * float(elliprd(0.0, b, a)) / 3.0, scale * float(elliprd(0.0, a, b)) / 3.0, 0.0
+
+
+def _motion(case: DeckCase, turn: float, length: float, ending: str, content: Content) -> None:
+    """Creepages, and forces in place of them."""
+    digits, motion = case.digits, case.values["motion"]
+    _leave_out(
+        (digits["F"] > 0 and digits["N"] == 0, f"F = {digits['F']} with N = 0: forces relative to a load that is found"),
+        (digits["F"] > 0 and "friction_coefficient" not in content["load"], "F with V = 1: forces relative to one coefficient"),
+    )
+    for name, key, given in (("FX", "longitudinal", digits["F"] >= 1), ("FY", "lateral", digits["F"] == 2)):
+        if given:
+            limit = content["load"]["friction_coefficient"] * motion["FN"] / length
+            content.setdefault("force", {})[f"{key}{ending}"] = -turn * motion[name] * limit
+        elif digits["T"] != 1:
+            content.setdefault("creepage", {})[key] = turn * motion[name]
+    if digits["T"] == 1:
+        _leave_out((motion["CPHI"] != 0.0, "T = 1: a rotation (CPHI) over time"))
+    elif motion["CPHI"]:
+        content.setdefault("creepage", {})["spin_rad_mm"] = motion["CPHI"]
+
+
+def _history(case: DeckCase, distance: float, before: str, content: Content) -> None:
+    """One step of a contact over time, from nothing or from the state of the case before."""
+    digits, motion, first = case.digits, case.values["motion"], case.digits["P"] == 2 or case.number == 1
+    _leave_out(
+        (not first and digits["P"] != 0, f"P = {digits['P']}: a part of the state before"),
+        (not first and not before, "P = 0: goes on from a case that is left out"),
+    )
+    history: Content = {"steps": 1, "begin": "pressed" if first else f"{before}.h5"}
+    if digits["T"] == 2:
+        history["distance_mm"] = [0.0, distance]
+    else:
+        history |= {
+            "time_s": [0.0, 1.0],
+            "values": {
+                f"shift.{key}_um": [0.0, -1e3 * motion[name]]
+                for name, key, given in (("FX", "longitudinal", digits["F"] >= 1), ("FY", "lateral", digits["F"] == 2))
+                if not given
+            },
+        }
+    content["history"] = history
+
+
+def _wheelset(case: DeckCase, deck: Path, before: str, content: Content) -> Axes:
+    """A wheel on a rail (module 1)."""
+    digits, values = case.digits, case.values
+    needed = ("track", "rail", "deviation", "wheelset", "wheel", "position", "velocity", "grid")
+    missing = ", ".join(name for name in needed if name not in values)
+    _leave_out(
+        (digits["C1"] not in RIGHT, f"C1 = {digits['C1']}: a roller rig"),
+        (digits["T"] in (1, 2), f"T = {digits['T']}: a wheel on a rail over time"),
+        (digits["B"] != 0, f"B = {digits['B']}: an approximate pressure"),
+        (digits["F"] == 3, "F = 3: a rail on springs"),
+        (missing != "", f"D, Z or E: no earlier case has what is kept ({missing})"),
+    )
+    track, shift, wheels, motion, at = (values[name] for name in ("track", "deviation", "wheelset", "velocity", "position"))
+    kind, (side, sign) = values["grid"]["D"], RIGHT[digits["C1"]]
+    _leave_out(
+        (kind in (6, 7), f"D = {kind}: another plane of reference"),
+        (bool(track.get("CURV")), "CURV: a curved track"),
+        (track["GAUGHT"] > 0.0 and track["SECOND"] > 1.0, "GAUGSQ: another crossing of the gauge height"),
+        (any(shift[name] for name in ("VY", "VZ", "VROLL")), "VY, VZ, VROLL: a rail that moves"),
+        (wheels.get("YTAPE", 1000.0) != 1000.0, "YTAPE: another place of the nominal radius"),
+        (any(values["flexible"].values()), f"E = {digits['E']}: a wheel that is off its place on the axle"),
+        (motion["VS"] <= 0.0, f"VS = {motion['VS']:g}: a wheel that does not travel forward"),
+        (digits["F"] == 2 and motion["VPITCH"] != 0.0, "F = 2: a torque about the axle"),
+    )
+    content["track"] = {
+        "rail_profile": _outline(values["rail"], deck),
+        "cant": track["CANT"],
+        side: {"shift_y_mm": sign * shift["DY"], "shift_z_mm": shift["DZ"], "roll_mrad": 1e3 * sign * shift["ROLL"]},
+    }
+    if track["GAUGHT"] > 0.0:
+        content["track"] |= {"gauge_height_mm": track["GAUGHT"], "gauge_mm": track["THIRD"]}
+    else:
+        content["track"][side]["origin_mm"] = [sign * track["SECOND"], track["THIRD"]]
+    # Only FBDIST/2 − FBPOS places a wheel: a single one may have its flange back on the track's middle.
+    narrow = max(0.0, 1000.0 - wheels["FBDIST"]) if wheels["FBDIST"] < 100.0 else 0.0
+    content["wheelset"] = {
+        "wheel_profile": _outline(values["wheel"], deck), "wheels": side, "nominal_radius_mm": wheels["NOMRAD"],
+        "flange_back_distance_mm": wheels["FBDIST"] + narrow, "flange_back_mm": wheels["FBPOS"] + 0.5 * narrow,
+        "lateral_shift_mm": at["Y"],
+        ("vertical_N" if digits["N"] else "height_mm"): at["Z"], "roll_mrad": 1e3 * at["ROLL"], "yaw_mrad": 1e3 * at["YAW"],
+        "lateral_velocity_mm_s": motion["VY"], "vertical_velocity_mm_s": motion["VZ"],
+        "roll_rate_mrad_s": 1e3 * motion["VROLL"], "yaw_rate_mrad_s": 1e3 * motion["VYAW"],
+        "patches": "curved" if kind == 4 else "planar",
+    }  # fmt: skip
+    # With F = 2 the torque is zero, as it is where neither is given.
+    if digits["F"] == 0:
+        content["wheelset"]["angular_velocity_rad_s"] = -motion["VPITCH"]
+    elif digits["F"] == 1:
+        content["wheelset"]["traction_N"] = motion["VPITCH"]
+    content["rolling"] = {"speed_m_s": 1e-3 * motion["VS"], "differential_slip": kind in (3, 4)}
+    content.setdefault("load", {})
+    return Axes(1.0, side)
+
+
+def _outline(read: dict[str, Any], deck: Path) -> Content:
+    """The table of a profile's file, which stays where it is."""
+    path = (deck.parent / read["NAME"].replace("\\", "/")).resolve()
+    if not path.is_file():
+        raise CaseError([Finding("there is no such file", key="profile", value=read["NAME"], source=str(deck),
+                                 span=Span(read["LINE"], 1, 1), line_text=f"'{read['NAME']}'")])  # fmt: skip
+    _leave_out(
+        (path.suffix.lower() in (".slcs", ".slcw"), "a profile that varies along the track"),
+        (read["SCALE"] != 1.0, f"SCALE = {read['SCALE']:g}: a profile that is scaled"),
+        (read["ISMOOTH"] != 0 and read["SMOOTH"] > 0.0, f"ISMOOTH = {read['ISMOOTH']}: another smoothing"),
+    )
+    try:
+        reading = read_outline(path)
+    except TableError as cause:
+        raise LeftOut(str(cause)) from None
+    table: Content = {"file": str(path)}
+    if read["MIRRORY"] == 1:
+        table["mirror"] = True
+    if (given := read.get("MIRRORZ", 0)) and (given == 1) != reading.turned:
+        table["flip"] = True
+    if read["SMOOTH"] > 0.0:
+        # CONTACT's penalty λ belongs to the sum over all points, whatever their distance.
+        spacing = sum(math.dist(first, second) for first, second in pairwise(reading.content)) / (len(reading.content) - 1)
+        table["smoothing_mm"] = 2.0 * math.pi * (read["SMOOTH"] * spacing) ** 0.25
+    return table
