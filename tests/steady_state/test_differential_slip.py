@@ -94,7 +94,7 @@ def test_it_does_not_matter_where_the_origin_lies(at, offset):
     for key in (*FORCES, "Q_F_W", "gamma_st", "spin_moment_at_contact_Nmm"):
         assert other[key] == pytest.approx(one[key], rel=1e-6), key
     for key in ("Q_F_W", "gamma_st"):
-        assert results[1].error[key] == pytest.approx(results[0].error[key], rel=1e-3), key
+        assert results[1].uncertainty[key] == pytest.approx(results[0].uncertainty[key], rel=1e-3), key
 
 
 def test_a_plane_is_the_limit_of_a_conformal_contact():
