@@ -42,8 +42,9 @@ def serial(case: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def data(folder: Path) -> xarray.Dataset:
-    with xarray.open_dataset(folder / "sweep.h5", engine="h5netcdf") as opened:
-        return opened.load()
+    with xarray.open_datatree(folder / "sweep.h5", engine="h5netcdf") as opened:
+        assert "case_text" in opened["input"]
+        return opened.to_dataset().load()
 
 
 def solved(folder: Path) -> int:

@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import xarray
 
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT
@@ -61,6 +62,9 @@ def test_all_of_it_comes_back(folder: Path, stored: Result) -> None:
     with h5py.File(folder / "results" / "m.h5") as file:
         single = set(file["patches/left_1"])
         assert {"fields", "numbers", "lower", "lines"} <= single and "numbers" in file
+    with xarray.open_datatree(folder / "results" / "m.h5", engine="h5netcdf") as tree:
+        assert tree["patches/right_2/fields/pressure"].dims == ("x", "y") and tree["lines/rail_left"].sizes["coordinate"] == 2
+        assert tree["patches/left_1/lower/stress_xx"].dims == ("z", "x", "y")
     whole = read_result(folder / "results" / "m.h5", with_fields=False)
     assert whole.scalars == stored.scalars and not whole.contacts[0].fields
 

@@ -45,7 +45,7 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
         columns[name] = np.full(points.count, math.nan)
         columns[name][known] = column
     for name in TEXTS:
-        columns[name] = np.full(points.count, "", dtype=f"U{max([1, *map(len, table.columns[name])])}")
+        columns[name] = np.full(points.count, "", dtype=object)
         columns[name][known] = table.columns[name]
     coordinates = {"point": np.arange(1, points.count + 1)} if points.listed else {
         each.key: _array(each.values) for each in points.axes}

@@ -17,14 +17,14 @@ import math
 import os
 import pathlib
 import platform
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 import scipy
-from h5py import h5a, h5d, h5ds, h5g, h5o, h5p, h5s, h5t
+from h5py import h5a, h5d, h5ds, h5g, h5l, h5o, h5p, h5s, h5t
 
 from thermoroll_cli import __version__
 from thermoroll_cli.arrays import AnyArray
@@ -42,6 +42,9 @@ LAYOUT = ("v110", "v110")
 MOST_COMPRESSED = 64
 """Bytes of numbers per byte in a file; ours have 5 at most, and one of 20,000 would fill the memory from a small file."""
 
+MADE_BY = {"sweep": "sweep", "creep_force_table": "table build"}
+"""Kind of a file → the command that writes it, if that is another one than `run`."""
+
 Attribute = str | int | float
 
 
@@ -51,7 +54,7 @@ class ResultFileError(OSError):
 
 @dataclass(frozen=True)
 class Labelled:
-    """`values` over `axes`, with their unit and meaning; `compressed` in a file, for very many."""
+    """`values` over `axes`, numbers or texts, with their unit and meaning; `compressed` in a file, for very many."""
 
     axes: tuple[str, ...]
     values: AnyArray
@@ -120,8 +123,10 @@ def _write(group: h5g.GroupID, node: Node) -> None:
         _attribute(group, name, value)
     written: dict[str, h5d.DatasetID] = {}
     for name, array in sorted(node.arrays.items(), key=lambda item: item[1].axes != (item[0],)):  # axes first
-        values = array.values if array.values.dtype.kind != "U" else np.char.encode(array.values, "utf-8", "backslashreplace")
-        values = np.ascontiguousarray(values)
+        values = np.ascontiguousarray(array.values)
+        if values.dtype.kind in "UO":
+            texts = [text.encode("utf-8", "backslashreplace") for text in values.ravel().tolist()]
+            values = np.array(texts, dtype=bytes).reshape(values.shape)
         made = h5p.create(h5p.DATASET_CREATE)
         made.set_obj_track_times(False)
         if values.size:
@@ -189,10 +194,9 @@ def load(path: str | os.PathLike[str], kind: str, without: Collection[str] = ())
             if (version := known["format_version"]) != FORMAT_VERSION:
                 raise ResultFileError(
                     f"{path}: {kind} format {version}, written by {PROGRAM} {known.get('program_version', 'unknown')}; this "
-                    f"version reads format {FORMAT_VERSION} only: make it again")
+                    f"version reads format {FORMAT_VERSION} only: make it again with thermoroll {MADE_BY.get(kind, 'run')}")
             # All of it is checked before anything is read.
-            checked = list(_checked(file, {file.id.__hash__()}, without))
-            return _read(file, {item.name: axes for item, axes in checked})
+            return _read(_checked(file, {h5o.get_info(file.id).addr}, without))
     except ResultFileError:
         raise
     except _Foreign as cause:
@@ -232,13 +236,21 @@ def _fault(path: pathlib.Path) -> str:
     return "" if start == b"\x89HDF\r\n\x1a\n" else "not an HDF5 file"
 
 
-def _checked(group: h5py.Group, seen: set[int], without: Collection[str]) -> Iterator[tuple[h5py.Dataset, tuple[str, ...]]]:
-    """Every dataset below `group` that is to be read, with its axes. Raises _Foreign for what no file of this program has:
-    links into other files, numbers that lie elsewhere, are no numbers or texts, or fill more than the file could hold."""
-    shapes, items = dict[str, tuple[int, ...]](), list[tuple[h5py.Dataset, tuple[str, ...]]]()
+class _Checked(NamedTuple):
+    """A group, its arrays that are to be read, with their axes, and the groups inside."""
+
+    group: h5py.Group
+    arrays: dict[str, tuple[h5py.Dataset, tuple[str, ...]]]
+    inside: dict[str, _Checked]
+
+
+def _checked(group: h5py.Group, seen: set[int], without: Collection[str]) -> _Checked:
+    """What is to be read of a `group`. Raises _Foreign for what no file of this program has: links into other files, numbers
+    that lie elsewhere, are no numbers or texts, or fill more than the file could hold."""
+    found = _Checked(group, {}, {})
     for name in group:
         where = f"{group.name.rstrip('/')}/{name}"
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        if group.id.links.get_info(name.encode()).type != h5l.TYPE_HARD:
             raise _Foreign(f"{where} is a link")
         item = group[name]
         address = h5o.get_info(item.id).addr
@@ -246,7 +258,7 @@ def _checked(group: h5py.Group, seen: set[int], without: Collection[str]) -> Ite
             raise _Foreign(f"{where} has two names")
         seen.add(address)
         if isinstance(item, h5py.Group):
-            yield from _checked(item, seen, without)
+            found.inside[name] = _checked(item, seen, without)
             continue
         if not isinstance(item, h5py.Dataset):
             raise _Foreign(f"{where} is neither a group nor an array")
@@ -259,35 +271,36 @@ def _checked(group: h5py.Group, seen: set[int], without: Collection[str]) -> Ite
         size = math.prod(item.shape) * kind.get_size()
         if item.id.get_space().get_simple_extent_type() != h5s.SIMPLE or size > MOST_COMPRESSED * item.id.get_storage_size():
             raise _Foreign(f"{where} is to hold {item.shape} numbers, which the file has not")
-        axes = tuple(str(_value(item, "axes")).split())
-        shapes[name] = item.shape
-        items.append((item, axes))
-    for item, axes in items:
-        if len(set(axes)) < len(axes) or item.shape != tuple(shapes[along][0] for along in axes):
+        found.arrays[name] = item, tuple(str(_value(item, "axes")).split())
+    for item, axes in found.arrays.values():
+        if len(set(axes)) < len(axes) or item.shape != tuple(found.arrays[along][0].shape[0] for along in axes):
             raise _Foreign(f"{item.name} has the shape {item.shape}, and not that of its axes {', '.join(axes)}")
-    if group.name.rpartition("/")[2] not in without:
-        yield from items
+    return found._replace(arrays={}) if group.name.rpartition("/")[2] in without else found
 
 
-def _read(group: h5py.Group, wanted: Mapping[str, tuple[str, ...]]) -> Node:
-    arrays, nodes = dict[str, Labelled](), dict[str, Node]()
-    for name, item in group.items():
-        if isinstance(item, h5py.Group):
-            nodes[name] = _read(item, wanted)
-        elif item.name in wanted:
-            values = item[()]
-            values = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
-            units, meaning = (str(_value(item, label)) if label in item.attrs else "" for label in ("units", "long_name"))
-            arrays[name] = Labelled(wanted[item.name], values, units, meaning)
-    return Node(arrays, {name: _value(group, name) for name in group.attrs}, nodes)
+def _read(checked: _Checked) -> Node:
+    arrays = dict[str, Labelled]()
+    for name, (item, axes) in checked.arrays.items():
+        values = item[()]
+        if values.dtype.kind == "S":
+            texts = np.empty(values.shape, dtype=object)
+            texts.ravel()[:] = [text.decode("utf-8") for text in values.ravel().tolist()]
+            values = texts
+        units, meaning = (str(_value(item, label)) if h5a.exists(item.id, label.encode()) else ""
+                          for label in ("units", "long_name"))
+        arrays[name] = Labelled(axes, values, units, meaning)
+    return Node(arrays, {name: _value(checked.group, name) for name in checked.group.attrs},
+                {name: _read(inner) for name, inner in checked.inside.items()})
 
 
 def _value(item: h5py.HLObject, name: str) -> Attribute:
     """An attribute as a plain Python value. Raises _Foreign for another than a number or a text."""
-    kind = item.attrs.get_id(name)
-    if kind.shape or kind.get_type().get_class() not in (h5t.INTEGER, h5t.FLOAT, h5t.STRING):
+    attribute = h5a.open(item.id, name.encode())
+    kind = attribute.get_type()
+    if attribute.shape or kind.get_class() not in (h5t.INTEGER, h5t.FLOAT, h5t.STRING) or (
+            kind.get_class() == h5t.STRING and kind.is_variable_str()):
         raise _Foreign(f"the attribute {name} of {item.name} is neither a number nor a text")
-    value = item.attrs[name]
-    if isinstance(value, bytes):
-        return value.decode("utf-8").rstrip("\0")
-    return value.item() if isinstance(value, np.generic) else str(value)
+    content = np.empty((), dtype=attribute.dtype)
+    attribute.read(content)
+    value: bytes | int | float = content.item()
+    return value.decode("utf-8") if isinstance(value, bytes) else value
