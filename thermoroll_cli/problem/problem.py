@@ -55,7 +55,8 @@ class Layer:
 class Material:
     """An isotropic body: `youngs_modulus` (Pa), `poisson_ratio`, `conductivity` (W/mK), `expansion` (1/K) and `diffusivity`
     (m²/s), with a coating of bonded `layers`, from the surface down. Thermal constants are None in a purely mechanical
-    problem. With `relaxation`, pairs of a share of the modulus and a time (s), `youngs_modulus` is the instantaneous one."""
+    problem. With `relaxation`, pairs of a share of the modulus and a time (s), `youngs_modulus` is the instantaneous one. The
+    `density` (kg/m³) counts in bearings and for worn masses."""
 
     youngs_modulus: float
     poisson_ratio: float
@@ -64,6 +65,7 @@ class Material:
     diffusivity: float | None = None
     layers: tuple[Layer, ...] = ()
     relaxation: Series = ()
+    density: float | None = None
 
     @property
     def elastic_layers(self) -> tuple[Layer, ...]:
