@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.bearing.bearing_problem import BearingProblem
+from thermoroll_cli.bearing.bearing_result import BearingSolver, bearing_warnings
+from thermoroll_cli.bearing.bearing_result import facts_of as facts_of_bearing
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
@@ -24,7 +27,7 @@ from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver
 
-Task = Problem | WheelsetProblem
+Task = Problem | WheelsetProblem | BearingProblem
 Report = Callable[[str, Mapping[str, Any]], None]
 
 
@@ -51,6 +54,7 @@ def _contact_warnings(problem: Problem) -> Iterable[str]:
 KINDS: dict[type[Task], Kind] = {
     Problem: Kind(refinement.Solver, _contact_warnings, lambda problem: make_plan(problem).facts, make_plan),
     WheelsetProblem: Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of),
+    BearingProblem: Kind(lambda threads, options: BearingSolver(threads), bearing_warnings, facts_of_bearing),
 }
 """The kinds of problems that a case may describe."""
 
@@ -98,7 +102,7 @@ def solve(
     - `report`: called with the name of a stage and a mapping (grid, iteration, residual, …) during the solve; an exception that
       it raises ends the solve.
 
-    Returns a `Result`; one that did not converge says so in `converged` and `reason`. That of a wheelset has `patches`, each a
+    Returns a `Result`; one that did not converge says so in `converged` and `reason`. That of an assembly has `patches`, each a
     `Result`.
 
     Raises CaseError for an invalid case; ValueError if no steady state can exist or a wheel misses its rail.

@@ -27,7 +27,7 @@ PACKAGES = (
     {"contact", "rolling", "heat", "stress"},
     {"steady_state"},
     {"refinement"},
-    {"wheelset", "history"},
+    {"wheelset", "bearing", "history"},
     {"files", "plots"},
     {"python_api", "peer"},
     {"sweeps"},

@@ -44,8 +44,8 @@ class BearingProblem:
     - `ball_diameter`, `pitch_diameter` (m), number of `balls`, `contact_angle` without load (rad);
     - `conformity`: groove radius over ball diameter, of the inner and the outer ring;
     - `speeds`: of both rings in rad/s;
-    - `axial` (N), or the given `axial_displacement` (m) of the inner ring from the middle; `radial` (N) towards ball 1; `moments`
-      (N m) about the axis across the radial load and about the radial load, None for a ring that is held straight;
+    - `axial` (N), or the given `axial_displacement` (m) of the inner ring from the middle; `radial` (N) towards ball 1;
+      `moments` (N m) about the axis across the radial load and about the radial load, None for a ring that is held straight;
     - `widening`: strain by which the inner ring is wider than the outer one, by its temperature;
     - `control`: what determines the axis of a ball; `common_cage`: all balls go round at one speed;
     - `curved`: contacts follow the groove, or lie in planes;
@@ -73,6 +73,11 @@ class BearingProblem:
     def rolls(self) -> bool:
         """Whether the rings turn against each other."""
         return self.speeds[0] != self.speeds[1]
+
+    @property
+    def balances(self) -> bool:
+        """Whether the axes of the balls follow from the tractions."""
+        return self.rolls and self.control == "tractions"
 
     @property
     def direction(self) -> float:
@@ -181,7 +186,8 @@ class BearingProblem:
         geometry = self.geometry(ring, angle)
         shares = tuple(contact.contact_modulus / body.plane_strain_modulus for body in (contact.lower, contact.upper))
         speed, slip, _ = self.slip(ring, angle, motion)
-        moving = Motion(speed, *(slip / speed).tolist(), differential_slip=contact.motion.differential_slip)
+        along, across, spin = (slip / speed).tolist()
+        moving = Motion(speed, along, across, spin, differential_slip=contact.motion.differential_slip)
         return replace(contact, geometry=_curved(geometry, (shares[0], shares[1])) if self.curved else geometry,
                        normal_force=load, motion=moving)
 

@@ -28,9 +28,9 @@ SINGULAR = 1e-10
 @dataclass(frozen=True)
 class Placement:
     """Where all is: `ring`, the displacements of the inner ring (axial from the middle, radial towards ball 1 and across, in m;
-    tilts in rad), for each ball the `centre` (n, 2) of a ball from that of its outer groove in m, `loads` (n, 2) in N and contact
-    `angles` (n, 2) in rad at the inner and the outer ring; `stiffness` (5, 5) of the ring in N/m, N and N m; `reason` says what
-    is not in balance."""
+    tilts in rad), for each ball the `centre` (n, 2) of a ball from that of its outer groove in m, `loads` (n, 2) in N and
+    contact `angles` (n, 2) in rad at the inner and the outer ring; `stiffness` (5, 5) of the ring in N/m, N and N m; `reason`
+    says what is not in balance."""
 
     ring: Array
     centre: Array
@@ -71,8 +71,8 @@ def place(
         ring, centre = start.ring * scale, start.centre
     if problem.axial_displacement is not None:
         ring = np.array([problem.axial_displacement, *ring[1:]])
-    count, reason = len(psi), ""
-    angles = None
+    count, reason, loaded = len(psi), "", np.ones((len(psi), 2), bool)
+    angles = np.full((len(psi), 2), np.inf)
 
     def state(ring: Array, centre: Array) -> tuple[Array, Array]:
         """Vectors and lengths between the centres of ball and groove, (n, 2, …)."""
@@ -86,7 +86,7 @@ def place(
     for _ in range(MOST_ROUNDS):
         between, distance = state(ring, centre)
         new = np.arctan2(between[..., 0], between[..., 1])
-        if angles is not None and float(np.abs(np.where(loaded, new - angles, 0.0)).max()) < SETTLED:
+        if float(np.abs(np.where(loaded, new - angles, 0.0)).max()) < SETTLED:
             break
         angles = new
         soft = problem.unit_approaches(angles)

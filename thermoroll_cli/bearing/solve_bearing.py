@@ -43,9 +43,14 @@ ALIKE = 1e-9
 
 @dataclass
 class Ball:
-    """Balls with the same loads and angles, by their numbers from 0, `members`. `motion` as of `BearingProblem.slip`; for each
-    ring the `result` of its contact, its `force` (N) and `moment` (N m) on the ball about its centre, the `creepages`, and the
-    `slopes` of the force along e_t and the moments over D/2, over μW, with the creepages, over those at which it slides."""
+    """Balls with the same loads and angles, by their numbers from 0, `members`.
+
+    - `motion`: as of `BearingProblem.slip`; what is `left` of its balance, over the friction limit;
+    - for each ring the `result` of its contact, its `force` (N) and `moment` (N m) on the ball about its centre, the
+      `creepages`, and the `slopes` of the force along e_t and the moments over D/2, over μW, with the creepages, over those at
+      which the contact slides;
+    - `passed_on`: errors that the balance causes in each contact: of its load, over the load; of what depends on creepages,
+      over its scale; and of its heat (W); `creepage_errors`, and that of the cage's speed, `cage_error` (rad/s)."""
 
     members: tuple[int, ...]
     motion: Array
@@ -58,6 +63,9 @@ class Ball:
     slopes: dict[RingName, Array] = field(default_factory=dict)
     solvers: dict[RingName, Solver] = field(default_factory=dict)
     left: float = math.inf
+    passed_on: dict[RingName, tuple[float, float, float]] = field(default_factory=dict)
+    creepage_errors: dict[RingName, Array] = field(default_factory=dict)
+    cage_error: float = math.nan
 
     @property
     def loaded(self) -> bool:
@@ -96,21 +104,20 @@ class BearingSearch:
             self._kinematic()
         self._gather()
         contact = self.problem.contact
-        if self.problem.rolls and self.problem.control == "tractions" and not reason:
+        if self.problem.balances and not reason:
             for stage, tolerance in self._stages():
                 reason = self._balance(stage, tolerance)
         whole = contact if self.problem.rolls else replace(
             contact, friction=replace(contact.friction, coefficient=0.0, law=None), motion=Motion(1.0, differential_slip=False),
             heating=replace(contact.heating, heat=False, deformation=False))
-        for ball in self.balls:
-            if ball.loaded and (not ball.result or next(iter(ball.result.values())).problem.subsurface != whole.subsurface
-                                or not self._balances):
-                self._solve(ball, whole)
-        return SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds, self.solves)
-
-    @property
-    def _balances(self) -> bool:
-        return self.problem.rolls and self.problem.control == "tractions"
+        for ball in (ball for ball in self.balls if ball.loaded):
+            # From nothing, so that it is the result of the same contact alone.
+            ball.solvers = {}
+            self._solve(ball, whole)
+            if self.problem.balances and ball.slopes:
+                self._pass_on_errors(ball)
+        return SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
+                             self.solves)
 
     def _stages(self) -> list[tuple[Problem, float]]:
         """The problems of contacts with which the balance is sought: a friction that falls with slip is followed from constant
@@ -175,8 +182,8 @@ class BearingSearch:
         for k, ring in enumerate(RINGS):
             angle, load = float(ball.angles[k]), float(ball.loads[k])
             if not self.problem.rolls:
-                shaped = self.problem.contact_problem(contact, ring, angle, load, np.array([self.problem.speeds[0] - 1.0, 0, 0, 0]))
-                problem = replace(shaped, motion=contact.motion)
+                slow = np.array([self.problem.speeds[0] - 1.0, 0.0, 0.0, 0.0])
+                problem = replace(self.problem.contact_problem(contact, ring, angle, load, slow), motion=contact.motion)
             else:
                 problem = self.problem.contact_problem(contact, ring, angle, load, ball.motion)
             self._learn(ball, ring, problem)
@@ -204,24 +211,58 @@ class BearingSearch:
     def rest(self, ball: Ball) -> Array:
         """What is left of the balance of a ball in N: the force along the pitch circle, and moments over D/2."""
         gyroscopic = self.problem.inertia * ball.motion[0] * np.cross(AXIAL, ball.motion[1:])
-        moment = sum(ball.moment.values()) - gyroscopic
-        return np.array([sum(ball.force.values())[2], *(2.0 * moment / self.problem.ball_diameter)])
+        moment = ball.moment["inner"] + ball.moment["outer"] - gyroscopic
+        return np.array([sum(force[2] for force in ball.force.values()), *(2.0 * moment / self.problem.ball_diameter)])
 
     def jacobian(self, ball: Ball) -> Array:
         """Its derivatives with the motion of the ball."""
         total, mu = np.zeros((4, 4)), self.problem.contact.friction.coefficient
         for k, ring in enumerate(RINGS):
-            here = self.problem.creepages(ring, float(ball.angles[k]), ball.motion)
-            step = 1e-6 * float(np.linalg.norm(ball.motion))
-            by_motion = np.array([(self.problem.creepages(ring, float(ball.angles[k]), ball.motion + step * unit) - here) / step
-                                  for unit in np.eye(4)]).T
-            total += mu * ball.loads[k] * ball.slopes[ring] @ (by_motion / self.saturation(ball, ring)[:, None])
+            by_motion = self._by_motion(ball, ring) / self.saturation(ball, ring)[:, None]
+            total += mu * ball.loads[k] * ball.slopes[ring] @ by_motion
         inertia = 2.0 * self.problem.inertia / self.problem.ball_diameter
         total[1:, 0] -= inertia * np.cross(AXIAL, ball.motion[1:])
         total[1:, 1:] -= inertia * ball.motion[0] * np.cross(AXIAL, np.eye(3)).T
         return total
 
+    def _pass_on_errors(self, ball: Ball) -> None:
+        """Errors of motion and loads by those of the forces of both contacts, and by what is left of the balance: these are
+        independent of each other, and what follows from them adds by its squares."""
+        errors, friction, half = np.zeros((7, 4)), self.problem.contact.friction.coefficient, 0.5 * self.problem.ball_diameter
+        parts: dict[RingName, Array] = {}
+        for k, ring in enumerate(RINGS):
+            normal, e_x, e_y = self.problem.frame(ring, float(ball.angles[k]))
+            # Force along and across, and the moment about the normal over D/2, in the conditions of the balance.
+            parts[ring] = np.array([[e_x[2], *e_y], [0.0, *-e_x], [0.0, *normal]])
+            own = np.nan_to_num([ball.result[ring].uncertainty[name] for name in ("force_x_N", "force_y_N", "spin_moment_Nmm")])
+            errors[3 * k : 3 * k + 3] = (own * [1.0, 1.0, 1e-3 / half])[:, None] * parts[ring]
+        errors[6] = ball.left * self.limit(ball) * 0.5
+        by_motion = -np.linalg.pinv(self.jacobian(ball), rcond=1e-10) @ errors.T
+        ball.cage_error = float(np.linalg.norm(by_motion[0]))
+        for k, ring in enumerate(RINGS):
+            unit, here, load = self.saturation(ball, ring), ball.creepages[ring], float(ball.loads[k])
+            moved = self._by_motion(ball, ring) @ by_motion
+            scalars = ball.result[ring].coupled.scalars
+            forces = np.array([scalars["force_x_N"], scalars["force_y_N"], 1e-3 * scalars["spin_moment_Nmm"]])
+            # Moments of both forces about the ball's centre count twice in the balance: half is what each follows.
+            changed = np.array([1.0, 1.0, half])[:, None] * (
+                parts[ring] / (parts[ring] ** 2).sum(axis=1, keepdims=True)) @ (
+                friction * load * ball.slopes[ring] @ (moved / unit[:, None]))
+            power = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0] * (forces @ moved + here @ changed)
+            ball.creepage_errors[ring] = np.linalg.norm(moved, axis=1)
+            relative = np.linalg.norm(moved / unit[:, None], axis=0) / max(float(np.linalg.norm(here / unit)), 1.0)
+            ball.passed_on[ring] = ((float(np.linalg.norm(errors[:, 0])) + SETTLED * self.limit(ball)) / load,
+                                    float(np.linalg.norm(relative)), float(np.linalg.norm(power)))
+
+    def _by_motion(self, ball: Ball, ring: RingName) -> Array:
+        """Derivatives of the creepages of a contact with the motion of its ball, (3, 4)."""
+        angle, step = float(ball.angles[RINGS.index(ring)]), 1e-6 * float(np.linalg.norm(ball.motion))
+        here = self.problem.creepages(ring, angle, ball.motion)
+        moved = (self.problem.creepages(ring, angle, ball.motion + step * unit) for unit in np.eye(4))
+        return np.array([(creepages - here) / step for creepages in moved]).T
+
     def limit(self, ball: Ball) -> float:
+        """Friction limit of a ball in N."""
         return self.problem.contact.friction.coefficient * float(ball.loads.max())
 
     def _differences(self, ball: Ball, contact: Problem) -> None:
@@ -245,10 +286,8 @@ class BearingSearch:
         step = np.zeros(4)
         step[unknown] = np.linalg.lstsq(self.jacobian(ball)[unknown, unknown], -self.rest(ball)[unknown], rcond=1e-10)[0]
         change = 0.0
-        for k, ring in enumerate(RINGS):
-            angle = float(ball.angles[k])
-            moved = (self.problem.creepages(ring, angle, ball.motion + 1e-6 * step)
-                     - self.problem.creepages(ring, angle, ball.motion)) / 1e-6
+        for ring in RINGS:
+            moved = self._by_motion(ball, ring) @ step
             change = max(change, float(np.abs(moved / (2.0 * self.saturation(ball, ring))).max()))
         share = min(1.0, LONGEST / max(change, 1e-300))
         return share * step, share
@@ -289,13 +328,17 @@ class BearingSearch:
     def _balance(self, contact: Problem, tolerance: float) -> str:
         """Rounds of loads and tractions until nothing changes; else why not."""
         moved = 1.0
+        loaded = [ball for ball in self.balls if ball.loaded]
+        if not loaded:
+            return "no ball touches both rings"
         for _ in range(MOST_ROUNDS):
             self.rounds += 1
             before: Ball | None = None
-            for ball in (ball for ball in self.balls if ball.loaded):
+            wanted = tolerance if moved <= 20.0 * SETTLED else min(0.05 * moved, 0.05)
+            for ball in loaded:
                 if not ball.result:
                     self._begin(ball, before, contact)
-                self._in_balance(ball, contact, max(tolerance, min(0.05 * moved, 0.05)))
+                self._in_balance(ball, contact, wanted)
                 before = ball
             moved = self._friction_moved()
             unbalanced = self._common_speed() if self.problem.common_cage else 0.0
@@ -305,12 +348,11 @@ class BearingSearch:
                 return self.placement.reason
             for ball in self.balls:
                 self._put(ball)
-            worst = max((ball for ball in self.balls if ball.loaded), key=lambda ball: ball.left, default=None)
-            if worst is None:
-                return "no ball touches both rings"
+            loaded = [ball for ball in loaded if ball.loaded] or loaded[:1]
+            worst = max(loaded, key=lambda ball: ball.left)
             if moved <= SETTLED and unbalanced <= SETTLED and worst.left <= tolerance:
                 return ""
-            if worst.left > max(tolerance, 0.3 * moved) and self.rounds > 3 and moved <= SETTLED:
+            if worst.left > wanted and moved <= SETTLED:
                 break
         if worst.left > tolerance:
             return self._without_axis(worst)
@@ -328,8 +370,8 @@ class BearingSearch:
             ball.motion = min(left, key=lambda pair: pair[0])[1]
         else:
             ball.motion = 0.5 * (inner + outer)
-            its = 0.5 * sum(self.problem.race_control(before.angles, ring) for ring in RINGS)
-            ball.motion = ball.motion + before.motion - its
+            its = [self.problem.race_control(before.angles, ring) for ring in RINGS]
+            ball.motion = ball.motion + before.motion - 0.5 * (its[0] + its[1])
             ball.slopes = dict(before.slopes)
             for ring in RINGS:
                 solver = Solver(self.threads)
@@ -342,7 +384,7 @@ class BearingSearch:
         """Take over the friction that pushes balls and ring; its largest change over the friction limit."""
         moved = 0.0
         for ball in (ball for ball in self.balls if ball.loaded):
-            push, on_ring = sum(ball.force.values())[:2], -ball.force["inner"][:2]
+            push, on_ring = (ball.force["inner"] + ball.force["outer"])[:2], -ball.force["inner"][:2]
             cage = ball.motion[0]
             where, limit = list(ball.members), self.limit(ball)
             change = float(np.abs(push - self.on_balls[where[0]]).max())
@@ -356,7 +398,7 @@ class BearingSearch:
 
     def _common_speed(self) -> float:
         """Newton's step of the speed that all balls share; the forces along the pitch circle together, over the limit."""
-        force = slope = limit = 0.0
+        force, slope, limit = 0.0, 0.0, 0.0
         loaded = [ball for ball in self.balls if ball.loaded]
         for ball in loaded:
             jacobian = self.jacobian(ball)
@@ -365,7 +407,8 @@ class BearingSearch:
             force += count * (rest[0] - jacobian[0, 1:] @ follow[:, 1])
             slope += count * (jacobian[0, 0] - jacobian[0, 1:] @ follow[:, 0])
             limit += count * self.limit(ball)
-        step = float(np.clip(-force / slope, *(np.array([-2e-3, 2e-3]) * abs(loaded[0].motion[0])))) if slope else 0.0
+        bound = 2e-3 * abs(float(loaded[0].motion[0]))
+        step = min(max(-force / slope, -bound), bound) if slope else 0.0
         if abs(force) > SETTLED * limit:
             for ball in loaded:
                 ball.motion = ball.motion + np.array([step, 0.0, 0.0, 0.0])

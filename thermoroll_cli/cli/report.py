@@ -25,7 +25,7 @@ from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.plots.conicity_figure import draw_conicity
 from thermoroll_cli.plots.pictures import draw, kinds_of
 from thermoroll_cli.plots.sweep_figures import numbers, rows_of
-from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, PATCH_SCALARS, WHEELSET_SCALARS, unit_of
+from thermoroll_cli.problem.names import ALL_SCALARS, ASSEMBLY_SCALARS, DIAGRAMS, PATCH_SCALARS, unit_of
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import (
     computed,
@@ -153,11 +153,12 @@ def pictures_of(draw_in: Draw) -> tuple[Picture, ...]:
 def of_result(result: Result, name: str) -> Section:
     """What a report says of a contact or an assembly; `name` stands for a title that there is not."""
     kinds = [kind for kind in kinds_of(result) if kind != "summary"]  # the report is one
-    kinds += ["traction"] if result.assembly else []
+    kinds += ["traction"] if result.assembly == "wheelset" else []
     problem, work, skipped = result.problem, result.work, result.work.get("skipped", {})
     if result.assembly:
         count = len(result.contacts)
-        what = [f"A {result.assembly} on its track, with {count} patch{'' if count == 1 else 'es'} of contact."]
+        what = [f"A {result.assembly}{' on its track' if result.assembly == 'wheelset' else ''}, with {count} "
+                f"patch{'' if count == 1 else 'es'} of contact."]
     else:
         load = f"load {number(problem.normal_force)} N" if problem.approach is None else (
             f"approach {number(1e6 * problem.approach)} µm")
@@ -205,7 +206,7 @@ def _rows(row: Mapping[str, Any], names: Iterable[str], *, both: bool) -> list[t
 
 
 def _meaning(name: str) -> str:
-    scalar = (ALL_SCALARS | PATCH_SCALARS | WHEELSET_SCALARS).get(name)
+    scalar = (ALL_SCALARS | PATCH_SCALARS | ASSEMBLY_SCALARS).get(name)
     return name if scalar is None else scalar.meaning
 
 

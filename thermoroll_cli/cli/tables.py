@@ -12,9 +12,8 @@ from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     ALSO_LISTED,
     DIAGRAMS,
-    IN_CONTACT,
+    OF_CONTACTS,
     OVER_LIMIT,
-    PATCH_SCALARS,
     UNCERTAINTY,
     holds,
     unit_end,
@@ -68,7 +67,7 @@ def assembly_rows(
     result: Result, names: Sequence[str], *, verbose: bool
 ) -> tuple[list[str], list[tuple[str, ...]], list[tuple[str, ...]]]:
     """Names of the scalars of the whole of an assembly, and the rows of two tables with a header: those of both sides beside
-    each other, and those of its patches (none if there is no patch)."""
+    each other, or of the balls of a bearing, and those of its contacts that are shown (none if there are none)."""
     row = row_of(result.summary())
     names = [*names, *(name for name in ALSO_LISTED if name not in names)]
     sided = {name: name.replace("_left", "_right") for name in names if "_left" in name}
@@ -77,15 +76,30 @@ def assembly_rows(
     text = {name: scalar_text(name, row) if computed(row.get(name)) else "" for pair in sided.items() for name in pair}
     sides: list[tuple[str, ...]] = [("", "left", "right", "")]
     sides += [(left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left)) for left, right in sided.items()]
-    rows = [("patch", *(patch.name.replace("_", " ") for patch in result.contacts), "")]
-    errors = [patch.uncertainty for patch in result.contacts]
-    for name, scalar in PATCH_SCALARS.items():
-        if any(name in patch.record and (verbose or holds(scalar.listed, patch.problem)) for patch in result.contacts):
-            there = IN_CONTACT.get(name, name)
-            cells = (with_error(patch.record[name], error.get(there, math.nan)) if name in patch.record else ""
-                     for patch, error in zip(result.contacts, errors, strict=True))
+    if result.assembly == "bearing":
+        sides = _balls(result)
+    shown = result.shown
+    rows = [("patch" if result.assembly == "wheelset" else "contact", *(patch.name.replace("_", " ") for patch in shown), "")]
+    for name, scalar in OF_CONTACTS[result.assembly].items():
+        if any(name in patch.record and (verbose or holds(scalar.listed, patch.problem)) for patch in shown):
+            cells = (with_error(patch.record[name], patch.record["uncertainty"].get(name, math.nan))
+                     if name in patch.record else "" for patch in shown)
             rows.append((name, *cells, unit_of(name)))
-    return single, sides, rows if result.contacts else []
+    return single, sides, rows if shown else []
+
+
+BALLS = ("normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa", "Q_F_W")
+
+
+def _balls(result: Result) -> list[tuple[str, ...]]:
+    """A row for each contact of a ball bearing; balls that are alike have one for all of them."""
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for contact in result.contacts:
+        record = contact.record
+        cells = record["ring"], *(number(record[name], 4) if name in record else "" for name in BALLS)
+        alike.setdefault(cells, []).append(str(record["ball"]))
+    named = [(", ".join(balls) if len(balls) < 4 else f"{balls[0]}, … {balls[-1]}", *cells) for cells, balls in alike.items()]
+    return [("ball", "ring", *BALLS), *named]
 
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:

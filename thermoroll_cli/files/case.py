@@ -14,7 +14,9 @@ from typing import Any
 
 import tomli_w
 
+from thermoroll_cli.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.files import case_model as model
+from thermoroll_cli.files.case_bearing import bearing_of
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
 from thermoroll_cli.files.case_problem import problem_of, rail_friction
@@ -166,14 +168,18 @@ class Case:
 
     @property
     def problem(self) -> si.Problem:
-        """The problem of one contact in SI units. Raises Unsolvable for a wheelset, which has several: see `task`."""
+        """The problem of one contact in SI units. Raises Unsolvable for an assembly, which has several: see `task`."""
+        if self.settings.bearing is not None:
+            raise Unsolvable("a bearing has several contacts, and this takes one", "bearing", "[geometry] and load")
         if self.settings.wheelset is not None:
             raise Unsolvable("a wheelset has several contacts, and this takes one", "wheelset", "[geometry] and load")
         return problem_of(self.settings)
 
     @property
-    def task(self) -> si.Problem | WheelsetProblem:
-        """The problem in SI units: one contact, or a wheelset."""
+    def task(self) -> si.Problem | WheelsetProblem | BearingProblem:
+        """The problem in SI units: one contact, a wheelset, or a ball bearing."""
+        if self.settings.bearing is not None:
+            return bearing_of(self.settings.bearing, problem_of(self.settings))
         track, wheelset = self.settings.track, self.settings.wheelset
         if track is None or wheelset is None:
             return self.problem
@@ -224,8 +230,8 @@ class Case:
         content = self.settings.model_dump(exclude_none=True)
         if isinstance(content["numerics"].get("grid"), tuple):
             content["numerics"]["grid"] = list(content["numerics"]["grid"])
-        # The creepages of a wheelset follow from its motion; their defaults are none of its keys.
-        follow = ("creepage", "force") if self.settings.wheelset is not None else ()
+        # The creepages of an assembly follow from its motion; their defaults are none of its keys.
+        follow = ("creepage", "force") if self.settings.geometry is None else ()
         # The load of a wheelset is empty where its friction has places.
         return {key: value for key, value in content.items() if (value not in ("", {}) or key == "load") and key not in follow}
 

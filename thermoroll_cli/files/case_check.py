@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from thermoroll_cli.files import case_model as model
+from thermoroll_cli.files.case_bearing import REFUSED
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
 from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
@@ -87,7 +88,7 @@ class _Checker:
         self._table((), model.Head, {"title": self.content.get("title", "")})
         for name, field in Settings.model_fields.items():
             if name == "load":
-                self._one_contact_or_a_wheelset()
+                self._kind_of_case()
             if name not in model.Head.model_fields:
                 self._section(name, field)
         self._exclusive()
@@ -182,13 +183,23 @@ class _Checker:
             changes |= {source.content: read, source.key: None}
         return None if failed else table.model_copy(update=changes) if changes else table
 
-    def _one_contact_or_a_wheelset(self) -> None:
-        """A case has a geometry and a load, or a track and a wheelset."""
+    def _kind_of_case(self) -> None:
+        """A case has a bearing, or else a rolling speed, and a geometry and a load, or a track and a wheelset."""
         given = {*self.content, *self._meant((), self.content)}
+        if "bearing" in given:
+            for path in map(key_path, REFUSED):
+                if self.source.get(path) is not None:
+                    self._note(path, "cannot be given together with [bearing]", allowed="[bearing] without it", at_key=True)
+            return
+        rolling, speed = self.content.get("rolling"), ("rolling", "speed_m_s")
+        if "rolling" not in given:
+            self._note(("rolling",), "the table [rolling] is missing", hint=f"add {', '.join(known_keys(('rolling',)))}")
+        elif isinstance(rolling, dict) and "speed_m_s" not in {*rolling, *self._meant(("rolling",), rolling)}:
+            self._note(speed, "is missing", allowed=allowed_values(speed), at_key=True)
         if not {"track", "wheelset"} & given:
             if "geometry" not in given:
                 self._note(("geometry",), "the table [geometry] is missing",
-                           hint=f"add {', '.join(known_keys(('geometry',)))}; or [track] and [wheelset]")
+                           hint=f"add {', '.join(known_keys(('geometry',)))}; or [track] and [wheelset]; or [bearing]")
             load = self.content.get("load")
             if isinstance(load, dict) and not {"normal_N", "approach_um"} & {*load, *self._meant(("load",), load)}:
                 self._note(("load", "normal_N"), "is missing", allowed=allowed_values(("load", "normal_N")), at_key=True)
@@ -262,7 +273,7 @@ class _Checker:
         numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
         if numerics.grid is None and numerics.accuracy is None:
             sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
-        for way in ("longitudinal", "lateral") if sections["wheelset"] is None else ():
+        for way in ("longitudinal", "lateral") if sections["wheelset"] is None and sections["bearing"] is None else ():
             if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None:
                 creepage = creepage.model_copy(update={way: 0.0})
         sections["creepage"] = creepage

@@ -13,12 +13,21 @@ from itertools import chain, pairwise
 from typing import Any
 
 from thermoroll_cli.files import case_model as model
+from thermoroll_cli.files.case_bearing import BearingTable, bearing_faults
 from thermoroll_cli.files.case_errors import KeyPath
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.files.profile_file import outline_fault, point_fault
-from thermoroll_cli.problem.names import ALL_SCALARS, GROUPS, SCALARS, SUBSURFACE_SCALARS, TOGETHER, WHEELSET_SCALARS
+from thermoroll_cli.problem.names import (
+    ALL_SCALARS,
+    BEARING_SCALARS,
+    GROUPS,
+    SCALARS,
+    SUBSURFACE_SCALARS,
+    TOGETHER,
+    WHEELSET_SCALARS,
+)
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
@@ -57,7 +66,8 @@ def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
     """Each check with the names of its tables, asked for once: a sweep checks every point."""
     checks = (
         _convexity, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
-        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _accuracy_of)  # fmt: skip
+        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _bearing,
+        _accuracy_of)  # fmt: skip
     return {check: tuple(inspect.signature(check).parameters) for check in checks}
 
 
@@ -115,7 +125,8 @@ def _accuracy_of(numerics: model.NumericsTable, sections: Sections) -> Iterator[
     heated = "thermal" in sections and heat_is_on(sections)
     missing = {"temperatures": not heated, "wear": sections.get("wear") is None}
     there = dict(SCALARS) | ({} if sections.get("subsurface") is None else SUBSURFACE_SCALARS) | (
-        {} if sections.get("wheelset") is None else WHEELSET_SCALARS | TOGETHER)
+        {} if sections.get("wheelset") is None else WHEELSET_SCALARS | TOGETHER) | (
+        {} if sections.get("bearing") is None else BEARING_SCALARS | TOGETHER)
     groups = [group for group in GROUPS if not missing.get(group)]
     without = {name for group in GROUPS if missing.get(group) for name in GROUPS[group]}
     if not heated:
@@ -164,6 +175,11 @@ def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
                        "roll_mrad beside height_mm, or vertical_N", at_key=True, other=("wheelset", "height_mm"))
     if (wheelset.angular_velocity_rad_s or 1.0) < 0.0:
         yield Conflict(("wheelset", "angular_velocity_rad_s"), "the wheelset turns backwards", "a positive number: forward")
+
+
+def _bearing(sections: Sections, bearing: BearingTable) -> Iterator[Conflict]:
+    for path, message, allowed in bearing_faults(sections, bearing):
+        yield Conflict(path, message, allowed, at_key=path == ("bearing", "load"))
 
 
 def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from thermoroll_cli.files.case_bearing import BearingTable
 from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, pairs, quantity, signed_length
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.problem.names import GROUPS
@@ -79,6 +80,8 @@ class CoatingTable(MaterialConstants):
 class MaterialTable(MaterialConstants):
     """Constants of the material of a body, and its coating."""
 
+    density_kg_m3: float | None = quantity("Density, of the balls of a bearing (7800 if left out) and for worn masses", None,
+                                           ge=1, le=1e5)  # fmt: skip
     layers: Annotated[list[CoatingTable] | None, Allowed(f"1 to {MOST_LAYERS} tables, from the surface down")] = Field(
         default=None, description="Coating: bonded layers, from the surface down", min_length=1, max_length=MOST_LAYERS
     )
@@ -197,7 +200,7 @@ class InterlayerTable(Table):
 class RollingTable(Table):
     """Rolling motion."""
 
-    speed_m_s: float = quantity("Rolling speed, mean of both bodies", ge=1e-12, le=1e9)
+    speed_m_s: float | None = quantity("Rolling speed, mean of both bodies; a bearing has its own", None, ge=1e-12, le=1e9)
     differential_slip: bool = Field(default=True,
                                     description="Rolling radii vary across the contact as the surfaces curve (Heathcote slip)")
 
@@ -358,8 +361,9 @@ class Settings(Head):
     geometry: GeometryTable | None = None
     track: TrackTable | None = None
     wheelset: WheelsetTable | None = None
+    bearing: BearingTable | None = None
     load: LoadTable
-    rolling: RollingTable
+    rolling: RollingTable = RollingTable.model_construct()
     friction: FrictionTable = FrictionTable.model_construct()
     layer: InterlayerTable | None = None
     creepage: CreepageTable = CreepageTable.model_construct()
@@ -401,6 +405,7 @@ EXCLUSIVE = (
     ("load.normal_N", "load.approach_um", "a normal load, or an approach"),
     *(("load.friction_coefficient", f"friction.{key}", "one coefficient of friction, or one of each place")
       for key in ("over_angle", "across")),
+    ("bearing.load.axial_N", "bearing.load.axial_displacement_um", "an axial load, or an axial displacement"),
     ("wheelset.vertical_N", "wheelset.height_mm", "a vertical load, or a height"),
     ("wheelset.angular_velocity_rad_s", "wheelset.traction_N", "an angular velocity, or a traction from which it is found"),
 )  # fmt: skip

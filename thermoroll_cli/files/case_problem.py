@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from thermoroll_cli.files import case_model as model
+from thermoroll_cli.files.case_bearing import BearingTable
 from thermoroll_cli.files.case_wheelset import WheelsetTable
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
@@ -21,9 +22,9 @@ from thermoroll_cli.wheelset.wheelset_problem import SideName
 
 
 def problem_of(settings: model.Settings) -> si.Problem:
-    """The problem that a case describes; of a wheelset that of any patch, without its geometry, load and creepages."""
+    """The problem that a case describes; of an assembly that of any contact, without its geometry, load and creepages."""
     load, friction, layer = settings.load, settings.friction, settings.layer
-    geometry = settings.geometry or _wheel_on_rail(settings.wheelset)
+    geometry = settings.geometry or _wheel_on_rail(settings.wheelset, settings.bearing)
     creepage, force, thermal, numerics = settings.creepage, settings.force, settings.thermal, settings.numerics
     lower, upper = (material_of(material) for material in settings.materials.values())
     problem = si.Problem(
@@ -33,7 +34,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
         normal_force=1.0 if load.normal_N is None else load.normal_N,
         friction=_friction(friction, settings.coefficient_at_rest),
         motion=si.Motion(
-            **settings.rolling.in_si(),
+            **{"speed": 1.0, **settings.rolling.in_si()},
             creepage_x=creepage.longitudinal,
             creepage_y=creepage.lateral,
             spin=creepage.si("spin_rad_mm"),
@@ -86,8 +87,14 @@ def rail_friction(settings: model.Settings) -> dict[SideName, Points]:
     return found
 
 
-def _wheel_on_rail(wheelset: WheelsetTable | None) -> model.GeometryTable:
-    """The radii along rolling of a wheel and a rail. Each patch gives those across rolling."""
+def _wheel_on_rail(wheelset: WheelsetTable | None, bearing: BearingTable | None) -> model.GeometryTable:
+    """The radii along rolling of a wheel and a rail. Each patch gives those across rolling. Those of a ball at the bottom of
+    its inner groove stand for all contacts of a bearing."""
+    if bearing is not None:
+        radius = 0.5 * bearing.ball_diameter_mm
+        return model.GeometryTable(lower_radius_x_mm=max(0.5 * bearing.pitch_diameter_mm - radius, 1e-3 * radius),
+                                   lower_radius_y_mm=-bearing.conformity_inner * bearing.ball_diameter_mm,
+                                   upper_radius_x_mm=radius, upper_radius_y_mm=radius)
     assert wheelset is not None
     return model.GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf, upper_radius_y_mm=math.inf,
                                upper_radius_x_mm=wheelset.nominal_radius_mm)

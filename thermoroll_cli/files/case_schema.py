@@ -99,10 +99,13 @@ def _schema() -> Entry:
     geometry["allOf"] = [{"if": {"not": {"required": [f"{body}_profile"]}}, "then": {"required": [f"{body}_radius_y_mm"]}}
                          for body in BODIES]  # fmt: skip
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
-    schema["allOf"] = [{"if": {"not": {"anyOf": [{"required": ["track"]}, {"required": ["wheelset"]}]}},
-                        "then": {"required": ["geometry"], "properties": {"load": {
-                            "if": {"not": {"required": ["approach_um"]}}, "then": {"required": ["normal_N"]}}}},
-                        "else": {"required": ["track", "wheelset"]}},
+    of_contact = {"if": {"not": {"anyOf": [{"required": ["track"]}, {"required": ["wheelset"]}]}},
+                  "then": {"required": ["geometry"], "properties": {"load": {
+                      "if": {"not": {"required": ["approach_um"]}}, "then": {"required": ["normal_N"]}}}},
+                  "else": {"required": ["track", "wheelset"]}}
+    schema["allOf"] = [{"if": {"not": {"required": ["bearing"]}},
+                        "then": {"required": ["rolling"], "properties": {"rolling": {"required": ["speed_m_s"]}},
+                                 "allOf": [of_contact]}},
                        {"if": {"not": {"required": ["friction"], "properties": {"friction": {"anyOf": [
                            {"required": [key]} for key in ("over_angle", "across", "left", "right")]}}}},
                         "then": {"properties": {"load": {"required": ["friction_coefficient"]}}}}]

@@ -116,8 +116,8 @@ UNITS = {
     "_mrad_s": "mrad/s", "_um_GPa": "µm/GPa", "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³",
     "_kg_m": "kg/m", "_kg": "kg", "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)",
     "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa",
-    "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm", "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W",
-    "_s": "s", "_m": "m",
+    "_N_um": "N/µm", "_Mrev": "Mrev", "_rpm": "rpm", "_deg": "deg", "_Nm": "N m", "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm",
+    "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_s": "s", "_m": "m",
 }  # fmt: skip
 """Ends of names of scalars and case keys, longer ones first, and the units they stand for."""
 
@@ -443,6 +443,42 @@ WHEELSET_SCALARS = _named(
 )  # fmt: skip
 """Scalars of a wheelset besides `TOGETHER` and `power_balance_error`."""
 
+BEARING_SCALARS = _named(
+    Scalar("axial_displacement_um", "axial displacement of the inner ring, from the middle", listed=True,
+           diagram="axial displacement (µm)"),
+    Scalar("radial_displacement_um", "displacement of the inner ring towards ball 1", listed=True,
+           diagram="radial displacement (µm)"),
+    Scalar("radial_displacement_across_um", "displacement of the inner ring across the radial load"),
+    Scalar("tilt_mrad", "tilt of the inner ring, which presses ball 1 axially", listed=True, diagram="tilt (mrad)"),
+    Scalar("tilt_across_mrad", "tilt of the inner ring about the radial load"),
+    Scalar("cage_speed_rad_s", "speed of the cage, mean of the balls", listed=True, diagram="speed of the cage (rad/s)"),
+    Scalar("torque_Nmm", "torque by the friction of the contacts, without film, cage and seals", listed=True,
+           diagram="torque of friction (N mm)", brief="torque of the contacts' friction"),
+    Scalar("torque_from_forces_Nmm", "the same from forces, not from heat"),
+    Scalar("axial_stiffness_N_um", "axial stiffness", listed=True, diagram="stiffness (N/µm)"),
+    Scalar("radial_stiffness_N_um", "radial stiffness", listed=True, diagram="stiffness (N/µm)"),
+    Scalar("life_L10r_Mrev", "reference rating life after ISO/TS 16281", listed=True, diagram="life $L_{10r}$ (Mrev)"),
+)  # fmt: skip
+"""Scalars of a ball bearing besides `TOGETHER`."""
+
+BALL_SCALARS = _named(
+    Scalar("normal_N", "normal force", listed=True),
+    Scalar("contact_angle_deg", "contact angle", listed=True),
+    Scalar("rolling_speed_m_s", "rolling speed", listed=True),
+    Scalar("creepage_longitudinal", "longitudinal creepage", listed=True),
+    Scalar("creepage_lateral", "lateral creepage", listed=True),
+    Scalar("creepage_spin_rad_mm", "spin", listed=True),
+    Scalar("spin_to_roll", "spin over rolling", listed=True),
+    Scalar("ball_pitch_deg", "pitch of the ball's axis", listed=True),
+    Scalar("ball_yaw_deg", "yaw of the ball's axis"),
+    Scalar("ball_speed_rad_s", "angular velocity of the ball in the frame of the cage"),
+    Scalar("cage_speed_rad_s", "speed at which the ball goes round"),
+)  # fmt: skip
+BALL_SCALARS |= {name: scalar for name, scalar in (SCALARS | SUBSURFACE_SCALARS).items() if name not in BALL_SCALARS}
+"""Scalars of a contact of a ball bearing: those of its ball, and those of any contact."""
+
+ASSEMBLY_SCALARS = WHEELSET_SCALARS | BEARING_SCALARS
+
 IN_CONTACT = {"force_s_N": "force_y_N", "moment_n_Nmm": "spin_moment_Nmm"}
 """Scalars of a patch in the axes of the track by their names in the contact, where these differ."""
 
@@ -468,7 +504,10 @@ PATCH_SCALARS |= {name: replace(scalar, listed=scalar.listed or name in ALSO_LIS
 """Scalars of a patch of a wheelset, in track axes, in the order they are reported: those of a contact but for signs that depend
 on its own axes."""
 
-ALL_SCALARS = SCALARS | PROBLEM_SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS
+OF_CONTACTS = {"wheelset": PATCH_SCALARS, "bearing": BALL_SCALARS}
+"""Scalars of the contacts of each kind of assembly."""
+
+ALL_SCALARS = SCALARS | PROBLEM_SCALARS | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS
 
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column of a sweep → scalar in N."""
@@ -502,7 +541,7 @@ def _group(scalar: Scalar) -> str:
 
 
 GROUPS: dict[str, tuple[str, ...]] = {
-    group: tuple(name for name, scalar in (SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS).items() if _group(scalar) == group)
+    group: tuple(name for name, scalar in (SCALARS | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS).items() if _group(scalar) == group)
     for group in ("forces", "heat", "temperatures", "stresses", "shares", "wear")}
 """Groups of scalars whose accuracy may be asked for together."""
 

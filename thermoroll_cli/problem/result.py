@@ -183,6 +183,14 @@ class Result:
         return tuple(patch for patch in self.patches if isinstance(patch, Result))
 
     @property
+    def shown(self) -> tuple[Result, ...]:
+        """The contacts that printed tables and pictures show: of a bearing those of the ball with the largest load."""
+        if self.assembly != "bearing" or not self.contacts:
+            return self.contacts
+        largest = max(self.contacts, key=lambda contact: float(contact.record["normal_N"])).record["ball"]
+        return tuple(contact for contact in self.contacts if contact.record["ball"] == largest)
+
+    @property
     def by_suffix(self) -> dict[str, Result]:
         """The contacts of an assembly by what their files have behind the name: `_left_1`; a contact itself, which has ""."""
         return {f"_{patch.name}": patch for patch in self.contacts} if self.assembly else {"": self}

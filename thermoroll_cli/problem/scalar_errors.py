@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
+    ASSEMBLY_SCALARS,
     ISOTHERMAL,
     OVER_LIMIT,
     SCALARS,
     STATES,
     UNCERTAINTY,
-    WHEELSET_SCALARS,
     holds,
 )
 from thermoroll_cli.problem.problem import BODIES, Problem
@@ -120,16 +120,22 @@ def row_of(summary: Mapping[str, Any]) -> dict[str, Any]:
     row = dict(summary)
     parts = {state: row.pop(state, {}) for state in STATES}
     for patch in summary.get("patches", ()):
-        if "side" in patch:
-            whole = f"{patch['side']}_{patch['number']}"
+        if whole := contact_name(patch):
             parts |= {whole: {name: value for name, value in patch.items() if isinstance(value, float)},
                       f"{whole}.uncertainty": patch["uncertainty"]}
     return row | {f"{part}.{name}": value for part, values in parts.items() for name, value in values.items()}
 
 
+def contact_name(patch: Mapping[str, Any]) -> str:
+    """The name of a contact of an assembly, from its record; "" of a patch of one contact."""
+    if "ball" in patch:
+        return f"ball_{patch['ball']}_{patch['ring']}"
+    return f"{patch['side']}_{patch['number']}" if "side" in patch else ""
+
+
 def listed_scalars(row: Mapping[str, Any], problem: Problem) -> list[str]:
     """Names of the computed scalars in a short table (`Scalar.listed`), those of an assembly alone first."""
-    return [name for name, scalar in (WHEELSET_SCALARS | ALL_SCALARS).items()
+    return [name for name, scalar in (ASSEMBLY_SCALARS | ALL_SCALARS).items()
             if computed(row.get(name)) and holds(scalar.listed, problem)]
 
 

@@ -162,7 +162,8 @@ def attributes_of(name: str, keys: Sequence[str]) -> tuple[str, str]:
     patch, state = (next((part for part in parts if (part in STATES) == known), "") for known in (False, True))
     if name in keys:
         return names.unit_of(name), f"swept key {name}"
-    scalar = (names.PATCH_SCALARS if patch else names.ALL_SCALARS).get(own)
+    of_contacts = names.OF_CONTACTS["bearing" if patch.startswith("ball_") else "wheelset"]
+    scalar = (of_contacts if patch else names.ALL_SCALARS).get(own)
     if scalar is None:
         return "", "number of the point" if name == "point" else name
     meaning = (f"patch {patch}: " if patch else "") + STATES.get(state, "") + scalar.meaning

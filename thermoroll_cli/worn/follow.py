@@ -26,7 +26,7 @@ from thermoroll_cli.wheelset.curves import Points
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 from thermoroll_cli.worn.evolution import ContactState, evolution
-from thermoroll_cli.worn.service import outlines_of, positions_of, service, worn_outlines
+from thermoroll_cli.worn.service import outlines_of, positions_of, service, wearing, worn_outlines
 from thermoroll_cli.worn.steps import WearState, reached
 from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, wear_node, worn_case, write_profiles
 
@@ -92,7 +92,7 @@ def wear(
     """
     case = Case.of(case)
     with solvable(case, case.name):
-        task, positions = case.task, positions_of(case) if case.settings.wheelset is not None else []
+        task, positions = wearing(case), positions_of(case) if case.settings.wheelset is not None else []
         asked = asked_of(task)
         if jobs > 1 and positions:
             check_main_guard()

@@ -16,9 +16,10 @@ from typing import Any, Self
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.problem import BodyName, Wear, planar
+from thermoroll_cli.problem.problem import BodyName, Problem, Wear, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import passed_on
 from thermoroll_cli.steady_state.scalars import worn_per_passage
@@ -41,6 +42,14 @@ STABLE_SHARE = 0.6
 a wavelength near L would be worn too little by the next. δp = πE*δ/λ of a wave with the depth δ, times its part 2^(−L²/λ²)
 that the smoothing leaves, is largest at λ = 1.18 L; there a step is as deep as it may be at 0.62 L p/E*."""
 Outlines = dict[str, Outline]
+
+
+def wearing(case: Case) -> Problem | WheelsetProblem:
+    """What wears. Raises Unsolvable for a bearing."""
+    task = case.task
+    if isinstance(task, BearingProblem):
+        raise Unsolvable("the wear of bearings is not followed", "bearing", "[geometry], or [track] and [wheelset]")
+    return task
 
 
 def positions_of(case: Case, source: str = "") -> list[tuple[float, WheelsetProblem]]:

@@ -21,7 +21,7 @@ from thermoroll_cli.wheelset.curves import Points
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.worn.evolution import STEPS_FROM_COLD, ContactState, line_load, worn_geometry
 from thermoroll_cli.worn.rows import FixedRows
-from thermoroll_cli.worn.service import outlines_of, worn_outlines
+from thermoroll_cli.worn.service import outlines_of, wearing, worn_outlines
 from thermoroll_cli.worn.steps import WearState, meaning_of
 
 Record = Mapping[str, Any]
@@ -141,7 +141,7 @@ def worn_case(case: Case, state: WearState) -> Case:
         assert isinstance(values, dict)
         case = case.with_values(values)
     content = json.loads(case.to_json())
-    for name, points in worn_points(case.task, state).items():
+    for name, points in worn_points(wearing(case), state).items():
         body, _, side = name.partition("_")
         if side:
             section, key = OUTLINE_OF[body]
@@ -158,7 +158,7 @@ def worn_case(case: Case, state: WearState) -> Case:
 def write_profiles(folder: pathlib.Path, case: Case, state: WearState) -> list[pathlib.Path]:
     """The worn profiles as CSV files that a case reads again, where they lie: without offset and tilt. Raises OSError."""
     written = []
-    for name, points in worn_points(case.task, state).items():
+    for name, points in worn_points(wearing(case), state).items():
         path = folder / f"{case.name}_worn_{name}.csv"
         lines = "".join(f"{y!r},{z!r}\n" for y, z in points)
         about = ("y in mm to the field side, z in mm down" if "_" in name

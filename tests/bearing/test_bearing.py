@@ -1,0 +1,165 @@
+"""Ball bearings: places and loads against ISO/TS 16281 and Jones, axes against the balance of forces and moments."""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli.problem.result import Result
+
+RPM = 2.0 * math.pi / 60.0
+
+
+def case(**changes: Any) -> dict[str, Any]:
+    """Harris's angular contact bearing: 16 balls of 22.225 mm, 40 degrees, thrust 17.8 kN, 10,000 rpm, changed at keys with
+    `__` between tables; None takes a key away."""
+    content: dict[str, Any] = {
+        "bearing": {"ball_diameter_mm": 22.225, "pitch_diameter_mm": 125.26, "balls": 16, "contact_angle_deg": 40.0,
+                    "conformity_inner": 0.5232, "conformity_outer": 0.5232, "inner_rpm": 1e4, "load": {"axial_N": 17800.0}},
+        "load": {"friction_coefficient": 0.07}, "material": {"youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3},
+        "numerics": {"grid": 16},
+    }  # fmt: skip
+    for key, value in changes.items():
+        *tables, last = key.split("__")
+        place = content
+        for table in tables:
+            place = place.setdefault(table, {})
+        place[last] = value
+        if value is None:
+            del place[last]
+    return content
+
+
+def contact(result: Result, name: str) -> Result:
+    return next(each for each in result.contacts if each.name == name)
+
+
+def iso(clearance: float, axial: float, radial: float, moment: float | None) -> Result:
+    """The example of ISO/TS 16281: 7 balls of 11.5 mm, hardly turning so that no ball has a centrifugal force."""
+    load = {"axial_N": axial, "radial_N": radial} | ({} if moment is None else {"moment_Nm": moment})
+    return solve({
+        "bearing": {"ball_diameter_mm": 11.5, "pitch_diameter_mm": 43.5, "balls": 7, "clearance_um": clearance,
+                    "conformity_inner": 0.52, "conformity_outer": 0.53, "inner_rpm": 1.0, "control": "outer",
+                    "capacity_N": 23400.0, "load": load},
+        "load": {"friction_coefficient": 0.1}, "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.3},
+        "numerics": {"grid": 8}})  # fmt: skip
+
+
+@pytest.mark.parametrize(("clearance", "axial", "radial", "moment", "expected"), [
+    (0.0, 0.0, 1e3, None, {"radial_displacement_um": 15.110, "life_L10r_Mrev": 13163.0}),
+    (0.0, 1e3, 0.0, None, {"axial_displacement_um": 133.54, "life_L10r_Mrev": 2222.7}),
+    (10.0, 0.0, 1e3, None, {"radial_displacement_um": 21.223, "life_L10r_Mrev": 10795.8}),
+    (10.0, 1e3, 0.0, None, {"axial_displacement_um": 149.17, "life_L10r_Mrev": 3115.9}),
+    (10.0, 1e3, 1e3, 0.0, {"radial_displacement_um": 19.592, "axial_displacement_um": 146.46, "tilt_mrad": -2.687,
+                           "life_L10r_Mrev": 1630.5}),
+    (10.0, 1e3, 1e3, None, {"radial_displacement_um": 5.162, "axial_displacement_um": 148.515, "tilt_mrad": 0.0}),
+])
+def test_examples_of_iso_ts_16281(
+    clearance: float, axial: float, radial: float, moment: float | None, expected: dict[str, float]
+) -> None:
+    result = iso(clearance, axial, radial, moment)
+    for name, value in expected.items():
+        # The technical specification lets moments act at another arm.
+        allowed = {"tilt_mrad": 0.015, "life_L10r_Mrev": 1e-3}.get(name, 5e-4)
+        assert result[name] == pytest.approx(value, rel=allowed, abs=1e-12), name
+
+
+def test_race_control_is_that_of_jones_and_harris() -> None:
+    result = solve(case(bearing__control="outer"))
+    inner = contact(result, "ball_1_inner").record
+    angles = [math.radians(contact(result, f"ball_1_{ring}").record["contact_angle_deg"]) for ring in ("inner", "outer")]
+    ratio = 22.225 / 125.26
+    pitch = math.atan(math.sin(angles[1]) / (math.cos(angles[1]) + ratio))
+    assert math.radians(inner["ball_pitch_deg"]) == pytest.approx(pitch, rel=1e-6)
+    # Harris, Rolling Bearing Analysis: speeds of the cage and of the ball over that of the inner ring.
+    below, above = 1.0 - ratio * math.cos(angles[0]), 1.0 + ratio * math.cos(angles[1])
+    outer, inner_way = (math.cos(angle) + math.tan(pitch) * math.sin(angle) for angle in reversed(angles))
+    cage = below * outer / (above * inner_way + below * outer)
+    assert inner["cage_speed_rad_s"] == pytest.approx(1e4 * RPM * cage, rel=1e-6)
+    spin = below * math.tan(angles[0] - pitch) + ratio * math.sin(angles[0])
+    assert abs(inner["spin_to_roll"]) == pytest.approx(spin, rel=1e-6)
+    assert contact(result, "ball_1_outer").record["spin_to_roll"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_at_rest_there_are_loads_and_stiffness_alone() -> None:
+    result = solve(case(bearing__inner_rpm=0.0, subsurface__layers=8))
+    record = contact(result, "ball_1_inner").record
+    assert record["contact_angle_deg"] == pytest.approx(41.50, abs=0.01)
+    assert record["normal_N"] == pytest.approx(1678.9, rel=1e-4)
+    free = 0.0464 * 22225.0 * math.sin(math.radians(40.0))
+    assert result["axial_displacement_um"] - free == pytest.approx(36.1, abs=0.1)
+    assert result["axial_stiffness_N_um"] > result["radial_stiffness_N_um"] > 0.0
+    assert record["von_mises_max_lower_MPa"] > 0.0
+    assert not {"torque_Nmm", "Q_F_W", "cage_speed_rad_s", "life_L10r_Mrev"} & {*result.scalars}
+    assert "spin_to_roll" not in record
+
+
+@pytest.mark.parametrize(("friction", "torque", "inner", "outer"), [
+    pytest.param(0.1, 3011.0, -0.444, -0.069, marks=pytest.mark.slow), (0.07, 2344.0, -0.413, -0.076)])
+def test_axes_follow_from_the_balance_of_tractions(friction: float, torque: float, inner: float, outer: float) -> None:
+    result = solve(case(load__friction_coefficient=friction, bearing__patches="plane", numerics__grid=40))
+    assert result.converged, result.reason
+    assert result["torque_Nmm"] == pytest.approx(torque, rel=0.01)
+    assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=2e-3)
+    assert contact(result, "ball_1_inner").record["spin_to_roll"] == pytest.approx(inner, abs=5e-3)
+    assert contact(result, "ball_1_outer").record["spin_to_roll"] == pytest.approx(outer, abs=5e-3)
+    assert result.work["contact_solves"] <= 80
+
+
+def test_contacts_are_those_of_the_same_contact_alone() -> None:
+    content = case(subsurface__layers=8, strength__lower__shear_yield_MPa=900.0)
+    content["material"] |= {"conductivity_W_mK": 46.0, "expansion_um_mK": 11.7, "diffusivity_mm2_s": 12.5}
+    result = solve(content)
+    own = contact(result, "ball_1_inner")
+    alone = solve(own.problem)
+    assert alone["temperature_rise_max_lower_K"] > 1.0
+    assert {name: own[name] for name in alone.scalars} == dict(alone.scalars)
+
+
+def test_the_other_ring_may_turn() -> None:
+    one = solve(case(bearing__inner_rpm=-200.0))
+    other = solve(case(bearing__inner_rpm=200.0))
+    assert one["torque_Nmm"] == pytest.approx(other["torque_Nmm"], rel=2e-3)
+    assert one["cage_speed_rad_s"] == pytest.approx(-other["cage_speed_rad_s"], rel=1e-4)
+
+
+def test_five_displacements_and_stiffness() -> None:
+    result = solve(case(bearing__control="outer", bearing__inner_rpm=100.0, numerics__grid=8, bearing__load__radial_N=3e3,
+                        bearing__load__moment_Nm=[40.0, 25.0]))
+    records = [each.record for each in result.contacts if each.record["ring"] == "inner"]
+    loads, angles, psi = (np.array(values) for values in zip(*(
+        (each["normal_N"], math.radians(each["contact_angle_deg"]), 2.0 * math.pi * (each["ball"] - 1) / 16) for each in records),
+        strict=True))
+    arm = 0.06263 + 0.0232 * 22.225e-3 * math.cos(math.radians(40.0))
+    axial, radial = loads * np.sin(angles), loads * np.cos(angles)
+    assert axial.sum() == pytest.approx(17800.0, rel=1e-9)
+    assert (radial * np.cos(psi)).sum() == pytest.approx(3e3, rel=1e-9)
+    assert (radial * np.sin(psi)).sum() == pytest.approx(0.0, abs=1e-4)
+    assert arm * (axial * np.cos(psi)).sum() == pytest.approx(40.0, rel=1e-8)
+    assert arm * (axial * np.sin(psi)).sum() == pytest.approx(25.0, rel=1e-8)
+    more = solve(case(bearing__control="outer", bearing__inner_rpm=100.0, numerics__grid=8, bearing__load__radial_N=3e3,
+                      bearing__load__axial_N=17801.0, bearing__load__moment_Nm=[40.0, 25.0]))
+    step = more["axial_displacement_um"] - result["axial_displacement_um"]
+    assert 1.0 / step == pytest.approx(result["axial_stiffness_N_um"], rel=1e-3)
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"bearing__conformity_inner": 0.5}, "bearing.conformity_inner"),
+    ({"bearing__balls": 18}, "18 balls of 22.225 mm do not fit"),
+    ({"bearing__clearance_um": 10.0}, "bearing.contact_angle_deg"),
+    ({"bearing__pitch_diameter_mm": 20.0}, "bearing.pitch_diameter_mm"),
+    ({"bearing__load__axial_N": 0.0}, "loads nothing"),
+    ({"bearing__load__axial_displacement_um": 5.0}, "an axial displacement"),
+    ({"load__friction_coefficient": 0.0}, "without friction"),
+    ({"load__normal_N": 10.0}, "cannot be given together with [bearing]"),
+    ({"rolling__speed_m_s": 10.0}, "cannot be given together with [bearing]"),
+])  # fmt: skip
+def test_bearings_that_cannot_be(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(CaseError) as error:
+        Case.from_dict(copy.deepcopy(case(**changes)))
+    assert words in str(error.value)
