@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import copy
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 
-from thermoroll_cli import Case, CaseError, solve
+from tests.support.command_line import call
+from thermoroll_cli import Case, CaseError, read_result, solve
 from thermoroll_cli.problem.result import Result
 
 RPM = 2.0 * math.pi / 60.0
@@ -132,9 +135,8 @@ def test_five_displacements_and_stiffness() -> None:
     result = solve(case(bearing__control="outer", bearing__inner_rpm=100.0, numerics__grid=8, bearing__load__radial_N=3e3,
                         bearing__load__moment_Nm=[40.0, 25.0]))
     records = [each.record for each in result.contacts if each.record["ring"] == "inner"]
-    loads, angles, psi = (np.array(values) for values in zip(*(
-        (each["normal_N"], math.radians(each["contact_angle_deg"]), 2.0 * math.pi * (each["ball"] - 1) / 16) for each in records),
-        strict=True))
+    loads, angles, balls = (np.array([each[name] for each in records]) for name in ("normal_N", "contact_angle_deg", "ball"))
+    angles, psi = np.radians(angles), 2.0 * math.pi * (balls - 1) / 16
     arm = 0.06263 + 0.0232 * 22.225e-3 * math.cos(math.radians(40.0))
     axial, radial = loads * np.sin(angles), loads * np.cos(angles)
     assert axial.sum() == pytest.approx(17800.0, rel=1e-9)
@@ -163,3 +165,16 @@ def test_bearings_that_cannot_be(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(CaseError) as error:
         Case.from_dict(copy.deepcopy(case(**changes)))
     assert words in str(error.value)
+
+
+def test_a_run_has_files_and_pictures(tmp_path: Path) -> None:
+    source = tmp_path / "bearing.toml"
+    source.write_text(tomli_w.dumps(case(bearing__balls=4, bearing__inner_rpm=100.0,
+                                         bearing__load__axial_N=500.0, bearing__load__radial_N=200.0)))
+    call("run", source, "-o", tmp_path)
+    assert {"bearing_loads.png", "bearing_axes.png", "bearing_patches.png"} <= {path.name for path in tmp_path.iterdir()}
+    result = read_result(tmp_path / "bearing.h5")
+    assert [each.name for each in result.contacts][:2] == ["ball_1_inner", "ball_1_outer"]
+    call("sweep", source, "--over", "bearing.load.radial_N=0,100", "-o", tmp_path / "s")
+    header = (tmp_path / "s" / "sweep.csv").read_text().splitlines()[0].split(",")
+    assert {"torque_Nmm", "uncertainty.torque_Nmm", "ball_1_inner.spin_to_roll"} <= {*header}

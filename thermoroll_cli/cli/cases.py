@@ -22,6 +22,7 @@ TEMPLATES = {
     "wheel-rail": "a wheel on a rail",
     "worn-rail": "a wheel on a measured rail profile",
     "ball-bearing": "a ball in a grooved raceway, with spin",
+    "bearing": "a ball bearing with all its balls",
     "roller": "a roller with a logarithmic crown",
     "traction-drive": "two rollers near their largest force",
     "twin-disc": "two discs that turn and get hot",

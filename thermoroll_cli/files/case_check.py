@@ -89,6 +89,8 @@ class _Checker:
         for name, field in Settings.model_fields.items():
             if name == "load":
                 self._kind_of_case()
+            if name == "rolling":
+                self._rolling_speed()
             if name not in model.Head.model_fields:
                 self._section(name, field)
         self._exclusive()
@@ -184,18 +186,13 @@ class _Checker:
         return None if failed else table.model_copy(update=changes) if changes else table
 
     def _kind_of_case(self) -> None:
-        """A case has a bearing, or else a rolling speed, and a geometry and a load, or a track and a wheelset."""
+        """A case has a bearing, or a geometry and a load, or a track and a wheelset."""
         given = {*self.content, *self._meant((), self.content)}
         if "bearing" in given:
             for path in map(key_path, REFUSED):
                 if self.source.get(path) is not None:
                     self._note(path, "cannot be given together with [bearing]", allowed="[bearing] without it", at_key=True)
             return
-        rolling, speed = self.content.get("rolling"), ("rolling", "speed_m_s")
-        if "rolling" not in given:
-            self._note(("rolling",), "the table [rolling] is missing", hint=f"add {', '.join(known_keys(('rolling',)))}")
-        elif isinstance(rolling, dict) and "speed_m_s" not in {*rolling, *self._meant(("rolling",), rolling)}:
-            self._note(speed, "is missing", allowed=allowed_values(speed), at_key=True)
         if not {"track", "wheelset"} & given:
             if "geometry" not in given:
                 self._note(("geometry",), "the table [geometry] is missing",
@@ -211,6 +208,16 @@ class _Checker:
             if self.source.get(path) is not None:
                 self._note(path, "cannot be given together with [wheelset], from which it follows",
                            allowed="[track] and [wheelset] without it, or one contact without them", at_key=True)
+
+    def _rolling_speed(self) -> None:
+        """All cases but bearings have a rolling speed."""
+        given = {*self.content, *self._meant((), self.content)}
+        rolling, path = self.content.get("rolling"), ("rolling", "speed_m_s")
+        if "rolling" not in given and "bearing" not in given:
+            self._note(("rolling",), "the table [rolling] is missing", hint=f"add {', '.join(known_keys(('rolling',)))}")
+        elif "bearing" not in given and isinstance(rolling, dict) and (
+                "speed_m_s" not in {*rolling, *self._meant(("rolling",), rolling)}):
+            self._note(path, "is missing", allowed=allowed_values(path), at_key=True)
 
     def _exclusive(self) -> None:
         for first, second, allowed in EXCLUSIVE:

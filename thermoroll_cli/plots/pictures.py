@@ -9,6 +9,7 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
+from thermoroll_cli.plots.bearing_figures import axes_figure, loads_figure
 from thermoroll_cli.plots.cuts import centreline_figure, track_figure
 from thermoroll_cli.plots.maps import field_figure
 from thermoroll_cli.plots.profile_figures import profile_figure
@@ -41,6 +42,7 @@ show: where a stage was skipped, or a field vanishes everywhere."""
 
 ASSEMBLIES: dict[str, dict[str, Callable[[Result], Figure | None]]] = {
     "wheelset": {"section": section_figure, "patches": patches_figure, "friction": friction_figure},
+    "bearing": {"loads": loads_figure, "axes": axes_figure, "patches": patches_figure},
 }
 """Pictures of the whole of each kind of assembly."""
 
@@ -75,8 +77,8 @@ def draw(
     """Write the pictures of `result` as `STEM_pressure.png`, … in each of the `formats`, and return their paths.
 
     `kinds` (all of them if none is given) and the other options are those of `figure`; those of contacts are drawn for each
-    contact of an assembly (`STEM_left_1_pressure.png`). `dpi` is the resolution of PNG files. Raises ValueError for an unknown
-    kind or format and for a cut outside the domain, OSError where a file cannot be written.
+    contact of an assembly that is shown (`STEM_left_1_pressure.png`). `dpi` is the resolution of PNG files. Raises ValueError
+    for an unknown kind or format and for a cut outside the domain, OSError where a file cannot be written.
     """
     kinds = kinds or kinds_of(result)
     whole = ASSEMBLIES.get(result.assembly, {})
@@ -86,6 +88,8 @@ def draw(
         for kind in (kind for kind in kinds if kind in whole):
             written += _saved(whole[kind](result), stem, kind, formats, dpi)
         for name, contact in result.by_suffix.items():
+            if not any(contact is shown for shown in result.shown or (result,)):
+                continue
             frame = frame_of(contact, normalised, cut_y) if of_contacts else None
             for kind, draw_kind in of_contacts.items():
                 safe_point()

@@ -88,9 +88,9 @@ def _draw_comb(axes: Axes, patch: Result, peak: float) -> tuple[float, float]:
 
 
 def patches_figure(result: Result) -> Figure | None:
-    """Pressure of all patches side by side on one scale, seen from above: x along travel upwards, y to the right along the
-    surface. None if no wheel touches its rail."""
-    pressures = [1e-6 * np.asarray(patch.coupled.fields["pressure"]) for patch in result.contacts]
+    """Pressure of all patches side by side on one scale, of a wheelset seen from above: x along travel upwards, y to the
+    right along the surface. None without a patch."""
+    pressures = [1e-6 * np.asarray(patch.coupled.fields["pressure"]) for patch in result.shown]
     return _maps(result, pressures, 0.0, "pressure", "MPa")
 
 
@@ -108,9 +108,9 @@ def friction_figure(result: Result) -> Figure | None:
 
 def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, unit: str) -> Figure | None:
     """`values` (nx, ny) of all patches on one scale of lengths, from the `lowest` on; nan is left empty."""
-    if not result.contacts:
+    if not result.shown:
         return None
-    shown = [_cropped(patch, value) for patch, value in zip(result.contacts, values, strict=True)]
+    shown = [_cropped(patch, value) for patch, value in zip(result.shown, values, strict=True)]
     boxes = [(y[0], y[-1], x[0], x[-1]) for x, y, *_ in shown]
     widths, middles = [right - left for left, right, _, _ in boxes], [0.5 * (low + high) for *_, low, high in boxes]
     height = max(high - low for *_, low, high in boxes)
@@ -122,9 +122,10 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
     norm = Normalize(lowest, max(float(np.nanmax(value)) for value in values))
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
     panels = figure.subplots(1, len(shown), squeeze=False, width_ratios=widths)[0]
-    step = MaxNLocator(10, steps=[1, 2, 5, 10]).tick_values(0.0, height)[1]  # of both axes, which have one scale
+    # Of both axes, which have one scale.
+    step = MaxNLocator(10, steps=[1, 2, 5, 10]).tick_values(0.0, max(height, 0.7 * max(widths)))[1]
     for axes, patch, (x, y, value, borders, place), box, middle in zip(
-            panels, result.contacts, shown, boxes, middles, strict=True):
+            panels, result.shown, shown, boxes, middles, strict=True):
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
         image = axes.imshow(value, norm=norm, cmap=colours.cmap, origin="lower",
                             interpolation="nearest" if np.isnan(value).any() else "bilinear",
@@ -136,9 +137,10 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
                  title=patch.name.replace("_", " "))
         axes.xaxis.set_major_locator(MultipleLocator(step))
         axes.yaxis.set_major_locator(MultipleLocator(step))
-    panels[0].set_ylabel("x along travel (mm)")
+    on_track = result.assembly == "wheelset"
+    panels[0].set_ylabel("x along travel (mm)" if on_track else "x (mm)")
     figure.colorbar(colours, ax=list(panels), label=f"{words} ({unit})", pad=0.06)
-    style.add_headline(figure, result.problem.title, result.converged, "seen from above")
+    style.add_headline(figure, result.problem.title, result.converged, "seen from above" if on_track else "")
     style.add_legend(figure, kinds_of_borders(borders for *_, borders, _ in shown))
     return figure
 
@@ -146,8 +148,10 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
 def _cropped(patch: Result, value: Array) -> tuple[Array, Array, Array, Borders, Affine2D]:
     """x and y (mm, about the centre of pressure) and `value` of a patch up to 1.5 mm around its contact, seen from above; its
     borders in m, and the way from these to a map of it."""
-    state, sign = patch.coupled, 1.0 if patch.record["side"] == "right" else -1.0
-    x, y = -1e3 * state.x, -1e3 * sign * state.y
+    # The axes of a patch of a wheelset are turned against those of the track.
+    sides = {"left": (-1e3, 1e3), "right": (-1e3, -1e3)}
+    state, (along, across) = patch.coupled, sides.get(patch.record.get("side", ""), (1e3, 1e3))
+    x, y = along * state.x, across * state.y
     pressure = np.asarray(state.fields["pressure"])
     centre = [float(pressure.sum(axis=1 - axis) @ places / pressure.sum()) for axis, places in ((0, x), (1, y))]
     x, y = x - centre[0], y - centre[1]
@@ -157,7 +161,7 @@ def _cropped(patch: Result, value: Array) -> tuple[Array, Array, Array, Borders,
     order = np.argsort(y[keep_y])
     up = np.argsort(x[keep_x])
     seen = np.ix_(np.flatnonzero(keep_x)[up], np.flatnonzero(keep_y)[order])
-    place = Affine2D([[0.0, -1e3 * sign, -centre[1]], [-1e3, 0.0, -centre[0]], [0.0, 0.0, 1.0]])
+    place = Affine2D([[0.0, across, -centre[1]], [along, 0.0, -centre[0]], [0.0, 0.0, 1.0]])
     return x[keep_x][up], y[keep_y][order], value[seen], borders_of(state.x, state.y, state.fields), place
 
 
