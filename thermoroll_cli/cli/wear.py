@@ -17,6 +17,7 @@ from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.worn.follow import Evolution, asked_of
 from thermoroll_cli.worn.follow import wear as follow
+from thermoroll_cli.worn.service import wearing
 from thermoroll_cli.worn.steps import meaning_of
 
 if TYPE_CHECKING:
@@ -45,9 +46,9 @@ def wear(
     DIR/NAME_wear.jsonl. A wheelset wears over the positions that [wear] gives: its outlines are DIR/NAME_worn_wheel_right.csv
     and so on, and DIR/NAME_wear.h5 has the first position on the worn outlines.
     """
-    read, task = options.read_task(case, settings, as_json=as_json)
+    read, _ = options.read_task(case, settings, as_json=as_json)
     with options.recorded(case, as_json), options.solvable(read, str(case)):
-        asked = asked_of(task)
+        asked = asked_of(wearing(read))
     options.check_writable(output)
     with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar, options.recorded(case, as_json):
 
