@@ -105,7 +105,7 @@ def test_init_writes_the_cases_of_the_documents_with_their_files(tmp_path: Path)
     assert unknown.returncode == 2 and "manchester" in unknown.stderr
 
 
-@pytest.mark.parametrize("template", [name for name in TEMPLATES if name not in (*MECHANICAL_TEMPLATES, "wheelset")])
+@pytest.mark.parametrize("template", [name for name in TEMPLATES if name not in (*MECHANICAL_TEMPLATES, "wheelset", "bearing")])
 def test_everything_a_template_offers_in_comments_works(template: str, tmp_path: Path) -> None:
     """What stands behind `# ` becomes part of the case, in place of what it says it replaces."""
     text = call("init", "-", "--template", template).stdout
