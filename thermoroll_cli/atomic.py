@@ -33,7 +33,8 @@ def read_bytes(source: str | os.PathLike[str] | BinaryIO, limit: int, kind: str)
     """The content of a file, or of an open stream, that should be `kind` ("a case file") of at most `limit` bytes. Raises
     ReadError."""
     try:
-        with open(source, "rb") if isinstance(source, str | os.PathLike) else contextlib.nullcontext(source) as stream:
+        with (open(source, "rb", opener=_at_once) if isinstance(source, str | os.PathLike)
+              else contextlib.nullcontext(source)) as stream:
             # One byte more than allowed identifies a large or endless file without reading it.
             content = stream.read(limit + 1)
     except FileNotFoundError:
@@ -45,6 +46,14 @@ def read_bytes(source: str | os.PathLike[str] | BinaryIO, limit: int, kind: str)
     if len(content) > limit:
         raise ReadError(f"too large for {kind}, which has at most {limit // 1024} KiB")
     return content
+
+
+def _at_once(path: str, flags: int) -> int:
+    """A file that is opened without waiting: a named pipe to which nobody writes is empty."""
+    number = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    if hasattr(os, "set_blocking"):
+        os.set_blocking(number, True)
+    return number
 
 
 def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:

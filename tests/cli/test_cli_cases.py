@@ -103,6 +103,15 @@ def test_init_writes_the_cases_of_the_documents_with_their_files(tmp_path: Path)
     assert call("init", "-", "--example", "table1").stdout == (EXAMPLES / "table1.toml").read_text()
     unknown = call("init", "--example", "nothing", cwd=tmp_path)
     assert unknown.returncode == 2 and "manchester" in unknown.stderr
+    assert "did you mean manchester?" in call("init", "--example", "manchster", cwd=tmp_path).stderr
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_pipe_to_which_nobody_writes_is_not_waited_for(tmp_path: Path, case: Path) -> None:
+    os.mkfifo(tmp_path / "profile.csv")
+    case.write_text(re.sub("lower_radius_y_mm = .*", 'lower_profile = { file = "profile.csv" }', case.read_text()))
+    done = call("validate", case)
+    assert done.returncode == 3 and "two points at least, here are 0" in done.stderr
 
 
 @pytest.mark.parametrize("template", [name for name in TEMPLATES if name not in (*MECHANICAL_TEMPLATES, "wheelset", "bearing")])

@@ -31,6 +31,7 @@ def changed(key: str, line: str) -> str:
     [
         ("normal_N", "normal_N = -65.0", "must be greater than 0", "1e-15 to 1e15, in N"),
         ("normal_N", "normal_N = 0", "must be greater than 0", "1e-15"),
+        ("friction_coefficient", "friction_coefficient = 5e-324", "too small to be computed with", "1e-12 to 10"),
         ("normal_N", "normal_N = nan", "nan is not a number", "1e-15"),
         ("normal_N", "normal_N = inf", "must be finite", "1e-15"),
         ("normal_N", "normal_N = true", "must be a number", "1e-15"),
@@ -111,6 +112,7 @@ def test_bad_values_of_optional_tables(table: str, line: str, hint: str) -> None
         ("longitudinal", "xyz = 3", "known here: longitudinal, lateral, spin_rad_mm"),
         ("[numerics]", "[numeric]", 'did you mean "numerics"?'),
         ("title", "normal_N = 3", "normal_N belongs in [load]"),
+        ("title", "normal = 3", 'did you mean "load.normal_N"?'),
         ("[load]", "[lod]", 'did you mean "load"?'),
     ],
 )

@@ -57,6 +57,22 @@ def test_a_series_is_found_again(tmp_path: Path) -> None:
     assert "25 frequencies from 0.1 to 1e+05 Hz" in series_words(found.record())
 
 
+@pytest.mark.parametrize("header", ["Frequency [Hz];E' (MPa);tan δ", "Freq (rad/s),E′ [MPa],tan(delta) [-]",
+                                    "f_Hz;G'_MPa;tan_delta"])  # fmt: skip
+def test_columns_may_be_named_as_instruments_name_them(tmp_path: Path, header: str) -> None:
+    separator = ";" if ";" in header else ","
+    turns = 2.0 * np.pi if "rad" in header else 1.0
+    rows = [header]
+    for frequency in FREQUENCIES:
+        modulus = 2400.0 * modulus_at(SERIES, 2.0 * np.pi * frequency)
+        rows.append(separator.join(f"{x:.8g}" for x in (frequency * turns, modulus.real, modulus.imag / modulus.real)))
+    (tmp_path / "instrument.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    (tmp_path / "dma.csv").write_text(measured())
+    found, plain = (read_series(tmp_path / name) for name in ("instrument.csv", "dma.csv"))
+    assert np.array(found.content) == pytest.approx(np.array(plain.content), rel=0.01)
+    assert found.shown["modulus_GPa"] == pytest.approx(plain.shown["modulus_GPa"], rel=1e-4)
+
+
 @pytest.mark.parametrize(("header", "unit", "separator"), [
     ("frequency_Hz,storage_MPa,loss_MPa", 1e3, ","), ("frequency_Hz,storage_Pa,loss_Pa", 1e9, "\t"),
     ("frequency_Hz,storage_GPa,loss_GPa", 1.0, ";"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import re
 from enum import StrEnum
@@ -93,7 +94,9 @@ def init(
     """Write a case with comments, to be edited."""
     names = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
     if example and example not in names:
-        raise typer.BadParameter(f"no case is called {example}; there are {', '.join(names)}", param_hint="--example")
+        near = difflib.get_close_matches(example, names, 1)
+        advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(names)}"
+        raise typer.BadParameter(f"no case is called {example}; {advice}", param_hint="--example")
     text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8") if example else template_text(template.value)
     file = file or Path(f"cases/{example}.toml" if example else "case.toml")
     if str(file) == "-":

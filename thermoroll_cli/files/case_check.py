@@ -341,6 +341,9 @@ def _unknown_key(table: KeyPath, key: str) -> str:
         wanted = UNIT_AT_END.search(same)
         given = f"not {unit.group()[1:]}" if unit else "which is missing here"
         return f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {given}'
+    if not table and (inside := next((f"{name}.{found}" for name in Settings.model_fields
+                                      if (found := _same_quantity(key, known_keys((name,))))), "")):
+        return f'did you mean "{inside}"?'
     near = _nearest(key, known)
     return f'did you mean "{near}"?' if near else f"known here: {', '.join(known)}"
 

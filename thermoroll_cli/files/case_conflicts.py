@@ -39,6 +39,9 @@ FLANGE, BACK_TO_TIP, BACK_TOLERANCE, TREAD = 10.0, 20.0, 3.0, 70.0
 """Of the outline of a wheel in mm: z beyond which it has a flange; from the flange's back to where an outline without it may
 begin, at the tip; how far an outline may go on beyond the given back; from the back to the middle of the tread."""
 
+LEAST_COEFFICIENT = 1e-12
+"""Coefficient of friction below which arithmetic overflows; 0 is none."""
+
 
 @dataclass(frozen=True)
 class Conflict:
@@ -225,6 +228,9 @@ def _friction_places(friction: model.FrictionTable, load: model.LoadTable, secti
     if load.friction_coefficient is None and not (
             friction.over_angle or friction.across or (wheelset is not None and all(side in sides for side in needed))):
         yield Conflict(("load", "friction_coefficient"), "is missing", "0 to 10", at_key=True)
+    if 0.0 < (load.friction_coefficient or 0.0) < LEAST_COEFFICIENT:
+        yield Conflict(("load", "friction_coefficient"), "is too small to be computed with",
+                       f"0, or {LEAST_COEFFICIENT:g} to 10")
     for path, points, end, unit in (
             (("friction", "across"), friction.across, 1e9, "mm"),
             (("friction", "over_angle"), friction.over_angle, 180.0, "degrees"),

@@ -1,8 +1,8 @@
 """Measured moduli of a body that relaxes (dynamic mechanical analysis), and the Prony series that fits them.
 
-The file has a header row and the columns `frequency_Hz`, `storage_GPa` and `loss_GPa` (or MPa, Pa). With one time per half
-decade from beyond the highest frequency to beyond the lowest, the moduli are linear in the relaxed modulus and the share of
-each time:
+The file has a header row and the columns `frequency_Hz`, `storage_GPa` and `loss_GPa` (or MPa, Pa), or as instruments name
+them: "Frequency [Hz]", "E' (MPa)", "tan δ". With one time per half decade from beyond the highest frequency to beyond the
+lowest, the moduli are linear in the relaxed modulus and the share of each time:
 
     E′ = E_∞ + Σ Eᵢ (ωτᵢ)²/(1 + (ωτᵢ)²),      E″ = Σ Eᵢ ωτᵢ/(1 + (ωτᵢ)²),
 
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +26,15 @@ from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, read_columns
 LEAST_SHARE = 1e-5
 """Shares below it are left out."""
 UNITS = {"GPa": 1e9, "MPa": 1e6, "Pa": 1.0}
+COLUMNS = {
+    "frequency": (("frequency", "freq", "f"), {"Hz": 1.0, "rad/s": 0.5 / math.pi}),
+    "storage": (("storage", "storage modulus", "e'", "e′", "g'", "g′"), UNITS),
+    "loss": (("loss", "loss modulus", "e''", "e″", "g''", "g″", 'e"', 'g"'), UNITS),
+    "loss factor": (("tan δ", "tan delta", "tan(delta)", "tan(δ)", "tanδ", "tan d", "loss factor", "tan_delta"), {"": 1.0}),
+}
+"""Quantities, the names of their columns, and their units. The loss factor stands for the loss modulus."""
+HEAD = re.compile(r"(.*?)(?:[\s_]*[\[(](Hz|rad/s|GPa|MPa|Pa|[-1]?)[\])]|[\s_](Hz|rad/s|GPa|MPa|Pa))?")
+"""A name and its unit, behind an underscore, in brackets or in parentheses."""
 
 
 @dataclass(frozen=True)
@@ -78,17 +88,20 @@ def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
 def _columns(path: str | os.PathLike[str], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequencies in Hz, and storage and loss moduli in Pa."""
     header, rows = read_columns(path, "a table of measured moduli", largest=FILE_LIMIT)
+    heads = [_named(head) for head in header]
+    has_factor = any(head and head[0] == "loss factor" for head in heads)
     found = []
-    for wanted, units in (("frequency", {"Hz": 1.0}), ("storage", UNITS), ("loss", UNITS)):
-        factor, column = next(((factor, column) for unit, factor in units.items()
-                               if (column := f"{wanted}_{unit}") in header), (0.0, ""))
-        if not column:
-            raise TableError(f"{name} has no column {wanted}_{next(iter(units))}",
+    for wanted in ("frequency", "storage", "loss"):
+        if wanted == "loss" and has_factor and not any(head and head[0] == "loss" for head in heads):
+            wanted = "loss factor"
+        column, factor = next(((k, head[1]) for k, head in enumerate(heads) if head and head[0] == wanted), (-1, 0.0))
+        if column < 0:
+            raise TableError(f"{name} has no column {wanted}_{next(iter(COLUMNS[wanted][1]))}",
                              f"its first row names the columns; found: {', '.join(header)[:200]}")
         values = []
         for number, cells in rows:
             try:
-                values.append(float(cells[header.index(column)]) * factor)
+                values.append(float(cells[column]) * factor)
             except ValueError:
                 raise TableError(f"{name}, line {number}: {wanted} is no number") from None
             if not (math.isfinite(values[-1]) and values[-1] > 0.0):
@@ -96,4 +109,14 @@ def _columns(path: str | os.PathLike[str], name: str) -> tuple[np.ndarray, np.nd
         found.append(np.array(values))
     if found[0].size < 3:
         raise TableError(f"{name} has {found[0].size} frequencies", "at least 3")
-    return found[0], found[1], found[2]
+    frequency, storage, loss = found
+    return frequency, storage, storage * loss if wanted == "loss factor" else loss
+
+
+def _named(head: str) -> tuple[str, float] | None:
+    """The quantity of a column and the factor of its unit, where its name says both."""
+    parts = HEAD.fullmatch(head.strip())
+    assert parts is not None
+    what, unit = parts[1].lower(), (parts[2] or parts[3] or "").strip("-1")
+    return next(((quantity, units[unit]) for quantity, (names, units) in COLUMNS.items()
+                 if what in names and unit in units), None)
