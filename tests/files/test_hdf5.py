@@ -228,6 +228,17 @@ def contents(node: Node) -> dict[str, object]:
                for name, array in node.arrays.items()}}
 
 
+@pytest.mark.parametrize(("name", "value"), [("work", "[1, 2]"), ("warnings", "[1]"), ("patches", '[["a"]]'), ("status", "zz"),
+                                             ("unbounded", "{"), ("record", "3.5")])  # fmt: skip
+def test_attributes_of_another_kind_are_refused(tmp_path: pathlib.Path, stored: pathlib.Path, name: str, value: str) -> None:
+    path = tmp_path / "made.h5"
+    shutil.copy(stored, path)
+    with h5py.File(path, "r+") as file:
+        file.attrs[name] = np.bytes_(value)
+    with pytest.raises(ResultFileError, match="damaged result file"):
+        read_result(path)
+
+
 @pytest.mark.parametrize(("kind", "words"), [
     ("external link", "/fields/pressure is a link"), ("soft link", "/fields/pressure is a link"),
     ("hard link", "has two names"), ("external storage", "/fields/pressure lies in another file"),

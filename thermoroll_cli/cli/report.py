@@ -274,8 +274,8 @@ def _sweep_table(table: SweepColumns) -> Table:
 
 def versions(attributes: Mapping[str, Any]) -> str:
     """When and with what a result was computed; nothing where its file says nothing."""
-    if not attributes.get("created"):
+    if not {"created", "platform", "command_line"} <= set(attributes):
         return ""
     parts = ", ".join(f"{words} {attributes[name]}" for name, words in VERSIONS.items() if name in attributes)
     when = re.sub(r"T(\d\d:\d\d).*", r" \1 UTC", str(attributes["created"]))
-    return f"Computed {when} with {parts} on {attributes.get('platform', 'an unknown platform')}: {attributes['command_line']}"
+    return f"Computed {when} with {parts} on {attributes['platform']}: {attributes['command_line']}"

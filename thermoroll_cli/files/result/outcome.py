@@ -47,6 +47,9 @@ BODY_PARTS = {
 }
 """How the names of arrays of a body begin → part of `BodyStresses`, axes, and words added to the meaning of a field."""
 BODIES = ("lower", "upper")
+PLAIN: dict[str, Any] = {"warnings": tuple[str, ...], "unbounded": tuple[str, ...], "work": dict[str, Any],
+                         "record": dict[str, Any], "patches": tuple[dict[str, float], ...]}  # fmt: skip
+"""Parts of a result that are attributes in JSON, with their types."""
 
 
 def write_result(path: str | os.PathLike[str], result: Result, command_line: str = "Python") -> None:
@@ -99,8 +102,7 @@ def tree_of(result: Result) -> Node:
     problem = dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}
     texts = {"case_text": result.case_text, "case_json": result.case_json, "problem_json": json.dumps(problem)}
     nodes["input"] = of_texts(texts)
-    plain = {"warnings": result.warnings, "work": result.work, "unbounded": result.unbounded, "record": result.record,
-             "patches": () if result.contacts else result.patches}
+    plain = {name: getattr(result, name) for name in PLAIN} | ({"patches": ()} if result.contacts else {})
     return Node({}, {"status": result.status, "reason": result.reason, "title": result.problem.title,
                      "assembly": result.assembly, **{name: json.dumps(value) for name, value in plain.items() if value}}, nodes)
 
@@ -177,31 +179,34 @@ def _result(tree: Node) -> Result:
     bodies = {body: _stresses(tree.nodes[body]) for body in BODIES if body in tree.nodes and tree.nodes[body].arrays}
     contacts = {name: _result(patch) for name, patch in tree.nodes.get("patches", Node()).nodes.items()}
     residuals, lines = (tree.nodes.get(name, Node()).arrays for name in ("residuals", "lines"))
+    plain = {name: _reader(kind).validate_json(str(tree.attributes[name])) if name in tree.attributes else kind()
+             for name, kind in PLAIN.items()}
+    patches = plain.pop("patches")
+    if (assembly and patches) or any({"side", "number", "uncertainty"} - set(each.record) for each in contacts.values()):
+        raise ValueError("its patches are not those of an assembly")
+    if bodies and "pressure" not in coupled.fields:
+        raise ValueError("it has stresses without the pressure that causes them")
     return Result(
-        problem=_problem_adapter().validate_json(tree.nodes["input"].texts("problem_json")[0]),
+        problem=_reader(Problem).validate_json(tree.nodes["input"].texts("problem_json")[0]),
         coupled=coupled,
         isothermal=isothermal,
         of_problem=of_problem,
         converged={"converged": True, "not_converged": False}[str(tree.attributes["status"])],
         reason=str(tree.attributes["reason"]),
         uncertainty=uncertainty,
-        work=tree.json("work", {}),
         residuals={name: array.values for name, array in residuals.items() if array.axes != (name,)},
-        warnings=tuple(tree.json("warnings", ())),
-        patches=tuple(dataclasses.replace(contact, name=name) for name, contact in contacts.items())
-        or tuple(tree.json("patches", ())),
-        unbounded=tuple(tree.json("unbounded", ())),
+        patches=tuple(dataclasses.replace(contact, name=name) for name, contact in contacts.items()) or patches,
         subsurface=Subsurface(bodies, below) if below else None,
         assembly=assembly,
-        record=tree.json("record", {}),
         lines={name: array.values for name, array in lines.items() if array.axes != (name,)},
+        **plain,
     )
 
 
 @functools.cache
-def _problem_adapter() -> TypeAdapter[Problem]:
-    """Reads problems; made once, which takes a third of the time of reading a file."""
-    return TypeAdapter(Problem)
+def _reader(kind: Any) -> TypeAdapter[Any]:
+    """Reads JSON; made once, which takes a third of the time of reading a file."""
+    return TypeAdapter(kind)
 
 
 def _state(tree: Node, scalars: Mapping[str, float]) -> State:
