@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.stress import conicities, fits, neighbours, service, wear, wheelsets
+from scripts.stress import conicities, fits, neighbours, profile_files, service, wear, wheelsets
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
 from scripts.stress.coverage import covered, covered_beyond
 from scripts.stress.outcome import Outcome
@@ -131,6 +131,7 @@ POPULATIONS = {
     "worn wheelsets": Population(wheelsets.worn_wheelset, wheelsets.check, 200, limit=120.0),
     "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
+    "files of profiles": Population(profile_files.random_file, profile_files.check, 200),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),
     "fits of two values": Population(lambda seed: fits.random_curve(seed, 2), fits.covered, 200),
     "fits of three values": Population(lambda seed: fits.random_curve(seed, 3), fits.covered, 200),

@@ -75,6 +75,7 @@ def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds
     ("neighbours", (7000,)), ("wear", (4,)), ("wheelsets", (1,)), ("friction across", (0,)), ("tread and flange", (0,)),
     ("displaced wheelsets", (2,)), ("conicities", (6,)), ("moved rails", (1,)), ("given approaches", (0, 660167)),
     ("wear at an approach", (2,)),
+    ("files of profiles", tuple(range(30))),  # every format, its headers and spellings
     ("rising friction", (40000115,)),  # elements that slip alone between sticking ones
 ])  # fmt: skip
 def test_drawn_cases_converge_and_keep_the_invariants(population: str, seeds: tuple[int, ...]) -> None:

@@ -1,0 +1,91 @@
+"""Seeded outlines in files of every format, with headers and spellings of instruments and programs, written and read again."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from scripts.stress.outcome import Outcome
+from thermoroll_cli.files.profile_file import read_outline
+
+SAME = 2e-4
+"""Distance (mm) of a point from itself: files have four decimals, or five digits with an exponent."""
+
+
+@dataclass(frozen=True)
+class ProfileFile:
+    """A file `name` with its `text`, and the points [y, z] (mm, z down) that it means."""
+
+    name: str
+    text: str
+    points: tuple[tuple[float, float], ...]
+
+
+def random_file(seed: int) -> ProfileFile:
+    """A rail or a wheel with noise, of a right or a left side, in one of the formats."""
+    rng = np.random.default_rng([61, seed])
+    wheel = bool(rng.random() < 0.5)
+    count = int(rng.integers(40, 300))
+    y = np.sort(rng.uniform(-70.0, 60.0, count)) if wheel else np.linspace(-36.0, 36.0, count)
+    # A flange reaches down, and a rim's face up by more than that; the sides of a rail's head reach down.
+    flange = 28.0 * np.exp(-(((y + 55.0) / 9.0) ** 2)) - 0.05 * y - rng.uniform(0.0, 40.0) * (y > 55.0)
+    z = (flange if wheel else 20.0 * (np.abs(y) / 36.0) ** 8 + y**2 / 600.0) + rng.normal(0.0, 4e-3, len(y))
+    z = z + rng.uniform(-5.0, 5.0)
+    write = [_simpack, _miniprof, _columns][int(rng.integers(3))]
+    ending, text = write(rng, y, z, wheel)
+    return ProfileFile(f"profile{ending}", text, tuple(zip(y.tolist(), z.tolist(), strict=True)))
+
+
+def _number(value: float, kind: str) -> str:
+    if kind == "fortran":
+        return f"{value:.7E}".replace("E", "D")
+    return f"{value:.4f}".replace(".", "," if kind == "comma" else ".")
+
+
+def _rows(rng: np.random.Generator, y: np.ndarray, z: np.ndarray, separators: list[str], more: bool) -> list[str]:
+    kind = str(rng.choice(["plain", "comma", "fortran"]))
+    separator = str(rng.choice([each for each in separators if kind != "comma" or each != ","]))
+    behind = f"{separator}{_number(1.5, kind)}" if more else ""
+    return [f"{_number(one, kind)}{separator}{_number(other, kind)}{behind}" for one, other in zip(y, z, strict=True)]
+
+
+def _simpack(rng: np.random.Generator, y: np.ndarray, z: np.ndarray, wheel: bool) -> tuple[str, str]:
+    metres, sides, down = rng.random() < 0.3, rng.random() < 0.3, rng.random() < 0.3
+    scale = 1e-3 if metres else 1.0
+    values = (f"{scale * (-1.0 if sides else 1.0) * one:.8f} {scale * (-1.0 if down else 1.0) * other:.8f}"
+              for one, other in zip(y, z, strict=True))  # fmt: skip
+    head = ["header.begin", f"  type = {int(wheel)}", "header.end", "spline.begin", "  approx.smooth = 0.000000",
+            f"  units.len.f = {'1.0D+00' if metres else '1000.'}", f"  mirror.y = {int(sides)}", f"  mirror.z = {int(down)}",
+            "  point.begin"]  # fmt: skip
+    return (".prw" if wheel else ".prr"), "\n".join([*head, *values, "  point.end", "spline.end"]) + "\n"
+
+
+def _miniprof(rng: np.random.Generator, y: np.ndarray, z: np.ndarray, wheel: bool) -> tuple[str, str]:
+    """Y of a wheel points out of it, that of a rail either up or down: its sides say which."""
+    up = not wheel and rng.random() < 0.5
+    rows = _rows(rng, y, -z if up else z, ["\t", " "], rng.random() < 0.5)
+    old = rng.random() < 0.5
+    head = ["12 MAY 2009  10:31", "Wheel 7  left", "32.58 37.11 14.71  (Sd/Sh/qR)", ""] if old else [
+        '"ProgramName=Profile"', "XYPoints=" + str(len(rows)), '"ColumnDef=X,Y"', ""]
+    return (".whl" if wheel else ".ban"), "\n".join([*head, *rows]) + "\n"
+
+
+def _columns(rng: np.random.Generator, y: np.ndarray, z: np.ndarray, wheel: bool) -> tuple[str, str]:
+    head = ["y;z"] if rng.random() < 0.5 else []
+    return ".csv", "\n".join([*head, *_rows(rng, y, z, [";", "\t", ","], False)]) + "\n"
+
+
+def check(case: ProfileFile) -> Outcome:
+    """The points are those that were written."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / case.name
+        path.write_text(case.text, encoding="utf-8")
+        read = np.array(read_outline(path).content)
+    wanted = np.array(case.points)
+    if read.shape != wanted.shape:
+        return Outcome(broken=(f"{case.name} has {len(read)} points, not {len(wanted)}",))
+    apart = float(np.abs(read - wanted).max())
+    return Outcome(converged=apart < SAME, broken=() if apart < SAME else (f"{case.name}: a point lies {apart:.3g} mm off",))
