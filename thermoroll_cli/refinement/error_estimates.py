@@ -39,7 +39,7 @@ Levels = Sequence[Mapping[str, float]]
 SAFETY, SAFETY_EXTRAPOLATED, SAFETY_TWO_GRIDS = 1.25, 1.0, 3.0
 """S: Roache's factors for the grid convergence index with three grids (1: 95.5 %), and with two, which show no order. What is
 extrapolated at second order, and whose changes shrink, has its own last change as its error, and no less than a quarter of the
-correction that was applied (24 fresh contacts and 24 profiles: 98 % covered at N = 32, 99 % at N = 64; with all of the correction
+correction that was applied (48 fresh contacts: 98 % covered at N = 32, 99 % at N = 64; with all of the correction
 98 and 100 %, but 1.6 times as wide at N = 64)."""
 ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 """q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
