@@ -13,6 +13,8 @@ from thermoroll_cli.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.bearing.bearing_result import BearingSolver, bearing_warnings
 from thermoroll_cli.bearing.bearing_result import facts_of as facts_of_bearing
 from thermoroll_cli.files.case import Case
+from thermoroll_cli.history.course import History
+from thermoroll_cli.history.solve import HistorySolver
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
@@ -27,7 +29,7 @@ from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver
 
-Task = Problem | WheelsetProblem | BearingProblem
+Task = Problem | WheelsetProblem | BearingProblem | History
 Report = Callable[[str, Mapping[str, Any]], None]
 
 
@@ -55,6 +57,7 @@ KINDS: dict[type[Task], Kind] = {
     Problem: Kind(refinement.Solver, _contact_warnings, lambda problem: make_plan(problem).facts, make_plan),
     WheelsetProblem: Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of),
     BearingProblem: Kind(lambda threads, options: BearingSolver(threads), bearing_warnings, facts_of_bearing),
+    History: Kind(HistorySolver, lambda history: (), lambda history: {}),
 }
 """The kinds of problems that a case may describe."""
 

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError, Override
+from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
@@ -116,12 +118,22 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
 
     def write() -> list[Path]:
         write_result(target, result, options.command_line())
-        return [target]
+        if result.history is None:
+            return [target]
+        table = to.folder / f"{case.name}_history.csv"
+        write_bytes(table, csv_text(result.history, zip(*result.history.values(), strict=True)).encode())
+        return [target, table]
 
     def draw() -> list[Path]:
         from thermoroll_cli.plots import pictures
 
-        return pictures.draw(result, to.folder / case.name, formats=options.image_formats(to.formats), dpi=to.dpi,
+        curves = []
+        if result.history is not None:
+            from thermoroll_cli.plots.history_figure import draw_history
+
+            columns, title = result.history, case.settings.title or case.name
+            curves = to.drawn(f"{case.name}_history", lambda path: draw_history(path, columns, title, to.dpi))
+        return curves + pictures.draw(result, to.folder / case.name, formats=options.image_formats(to.formats), dpi=to.dpi,
                              normalised=normalised)
 
     def section() -> Section:

@@ -19,6 +19,7 @@ from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import bearing_of
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
+from thermoroll_cli.files.case_history import history_of
 from thermoroll_cli.files.case_problem import problem_of, rail_friction
 from thermoroll_cli.files.case_source import (
     CaseSource,
@@ -32,6 +33,7 @@ from thermoroll_cli.files.case_source import (
 from thermoroll_cli.files.case_wheelset import wheelset_of
 from thermoroll_cli.files.profile_file import Reading
 from thermoroll_cli.files.relaxation_file import MeasuredSeries
+from thermoroll_cli.history.course import History
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
@@ -173,13 +175,17 @@ class Case:
             raise Unsolvable("a bearing has several contacts, and this takes one", "bearing", "[geometry] and load")
         if self.settings.wheelset is not None:
             raise Unsolvable("a wheelset has several contacts, and this takes one", "wheelset", "[geometry] and load")
+        if self.settings.history is not None:
+            raise Unsolvable("a contact over time has many states, and this takes one", "history", "a case without [history]")
         return problem_of(self.settings)
 
     @property
-    def task(self) -> si.Problem | WheelsetProblem | BearingProblem:
-        """The problem in SI units: one contact, a wheelset, or a ball bearing."""
+    def task(self) -> si.Problem | WheelsetProblem | BearingProblem | History:
+        """The problem in SI units: one contact, also over time, a wheelset, or a ball bearing."""
         if self.settings.bearing is not None:
             return bearing_of(self.settings.bearing, problem_of(self.settings))
+        if self.settings.history is not None:
+            return history_of(self.settings.history, problem_of(self.settings))
         track, wheelset = self.settings.track, self.settings.wheelset
         if track is None or wheelset is None:
             return self.problem

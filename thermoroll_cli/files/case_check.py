@@ -98,6 +98,11 @@ class _Checker:
         for conflict in conflicts(self.sections):
             self._note(conflict.path, conflict.message + self.source.line_of(conflict.other), allowed=conflict.allowed,
                        hint=conflict.hint, at_key=conflict.at_key)
+        history = self.sections.get("history")
+        varied = {} if history is None else history.values
+        for override in self.source.overrides:
+            if ".".join(map(str, override.path)) in varied:
+                self._note(override.path, "changes over time as history.values says", allowed="another key", at_key=True)
         self._raise()
         settings = self._resolved()
         try:

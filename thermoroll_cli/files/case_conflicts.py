@@ -15,6 +15,7 @@ from typing import Any
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import BearingTable, bearing_faults
 from thermoroll_cli.files.case_errors import KeyPath
+from thermoroll_cli.files.case_history import HistoryTable, history_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
@@ -69,7 +70,7 @@ def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
     """Each check with the names of its tables, asked for once: a sweep checks every point."""
     checks = (
         _convexity, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
-        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _bearing,
+        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _bearing, _history, _speed,
         _accuracy_of)  # fmt: skip
     return {check: tuple(inspect.signature(check).parameters) for check in checks}
 
@@ -407,6 +408,20 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
         if isinstance(weight, dict) or not isinstance(keys, dict):
             yield Conflict(("wear", "positions"), f"position {number} is no pair of a weight and keys",
                            "pairs [weight, {KEY = value, …}]", at_key=True)
+
+
+def _history(sections: Sections, history: HistoryTable) -> Iterator[Conflict]:
+    for path, message, allowed in history_faults(sections, history):
+        yield Conflict(path, message, allowed, at_key=True)
+    if heat_is_on(sections):
+        yield Conflict(("thermal", "heat"), "heat is not computed over time", "heat = false in [thermal], or no [history]",
+                       at_key=True)
+
+
+def _speed(sections: Sections, rolling: model.RollingTable) -> Iterator[Conflict]:
+    if rolling.speed_m_s is not None and rolling.speed_m_s < 1e-12 and (sections.get("history") is None or rolling.speed_m_s):
+        message = "is below the allowed range" if rolling.speed_m_s else "must be greater than 0"
+        yield Conflict(("rolling", "speed_m_s"), message, "a number from 1e-12 to 1e9, in m/s; 0 with [history]")
 
 
 def _strength(sections: Sections, strength: model.StrengthTable) -> Iterator[Conflict]:

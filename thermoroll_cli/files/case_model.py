@@ -11,6 +11,7 @@ from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from thermoroll_cli.files.case_bearing import BearingTable
+from thermoroll_cli.files.case_history import HistoryTable
 from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, pairs, quantity, signed_length
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.problem.names import GROUPS
@@ -200,7 +201,8 @@ class InterlayerTable(Table):
 class RollingTable(Table):
     """Rolling motion."""
 
-    speed_m_s: float | None = quantity("Rolling speed, mean of both bodies; a bearing has its own", None, ge=1e-12, le=1e9)
+    speed_m_s: float | None = quantity("Rolling speed, mean of both bodies; a bearing has its own; 0 with [history] alone",
+                                       None, ge=0, le=1e9)  # fmt: skip
     differential_slip: bool = Field(default=True,
                                     description="Rolling radii vary across the contact as the surfaces curve (Heathcote slip)")
 
@@ -373,6 +375,7 @@ class Settings(Head):
     subsurface: SubsurfaceTable | None = None
     strength: StrengthTable | None = None
     wear: WearTable | None = None
+    history: HistoryTable | None = None
     output: OutputTable = OutputTable.model_construct()
 
     @property
@@ -401,6 +404,7 @@ EXCLUSIVE = (
     *((f"thermal.{body}.convection_W_m2K", f"thermal.{body}.thermal_resistance_K_W",
        "convection, or a thermal resistance, of each body") for body in BODIES),
     ("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
+    ("history.distance_mm", "history.time_s", "distances, or times"),
     ("wear.positions", "wear.positions_file", "positions, or a file of them"),
     ("load.normal_N", "load.approach_um", "a normal load, or an approach"),
     *(("load.friction_coefficient", f"friction.{key}", "one coefficient of friction, or one of each place")

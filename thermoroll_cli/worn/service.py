@@ -18,6 +18,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.history.course import History
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BodyName, Problem, Wear, planar
 from thermoroll_cli.problem.result import Result
@@ -45,8 +46,10 @@ Outlines = dict[str, Outline]
 
 
 def wearing(case: Case) -> Problem | WheelsetProblem:
-    """What wears. Raises Unsolvable for a bearing."""
+    """What wears. Raises Unsolvable for a bearing and for a contact over time."""
     task = case.task
+    if isinstance(task, History):
+        raise Unsolvable("the wear of a contact over time is not followed", "history", "a case without [history]")
     if isinstance(task, BearingProblem):
         raise Unsolvable("the wear of bearings is not followed", "bearing", "[geometry], or [track] and [wheelset]")
     return task

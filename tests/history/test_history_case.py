@@ -1,0 +1,97 @@
+"""Cases over time through their real entry points: columns, errors, files, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import thermoroll
+from thermoroll_cli import Case, CaseError, solve
+
+BALL: dict[str, Any] = {
+    "material": {"youngs_modulus_GPa": 0.00256, "poisson_ratio": 0.28},
+    "geometry": {"lower_radius_x_mm": float("inf"), "lower_radius_y_mm": float("inf"), "upper_radius_x_mm": 168.73,
+                 "upper_radius_y_mm": 168.73},
+    "load": {"normal_N": 0.4705, "friction_coefficient": 0.4},
+    "rolling": {"speed_m_s": 1.0, "differential_slip": False},
+    "numerics": {"grid": 16},
+    "history": {"distance_mm": [0, 0, 7], "steps": 8, "values": {"creepage.longitudinal": [0.001, 0.003, 0.003]}},
+}
+
+
+def ball(**tables: dict[str, Any]) -> dict[str, Any]:
+    return {**BALL, **{name: {**BALL.get(name, {}), **table} for name, table in tables.items()}}
+
+
+def test_columns_and_their_errors() -> None:
+    result = solve(ball())
+    history = result.history
+    assert result.converged and history is not None
+    assert {len(column) for column in history.values()} == {9}
+    assert history["distance_mm"] == pytest.approx(np.linspace(0.0, 7.0, 9))
+    assert history["creepage.longitudinal"] == [0.001] + [0.003] * 8
+    assert result["force_x_N"] == history["force_x_N"][-1] and result.uncertainty["force_x_N"] > 0.0
+    finest = solve(ball(numerics={"grid": 48}, history={"steps": 24}))
+    assert finest.history is not None
+    true = np.abs(np.array(history["force_x_N"]) - np.array(finest.history["force_x_N"])[::3])
+    assert (true <= np.array(history["uncertainty.force_x_N"])).all()
+    assert history.to_dataframe()["heat_J"].is_monotonic_increasing
+    assert history.to_xarray()["force_x_N"].sizes == {"time_s": 9}
+
+
+def test_files_and_json(tmp_path: Path) -> None:
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball()).to_toml())
+    done = thermoroll("run", "ball.toml", "-o", "out", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    with (tmp_path / "out" / "ball_history.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["force_x_N"]) for row in rows] == record["history"]["force_x_N"]
+    assert {"out/ball.h5", "out/ball_history.csv", "out/ball_history.png"} <= set(record["files"])
+    assert record["force_x_N"] == record["history"]["force_x_N"][-1]
+
+
+def test_nothing_rolls() -> None:
+    case = ball(rolling={"speed_m_s": 0.0}, history={})
+    case["history"] = {"time_s": [0, 1, 2], "values": {"force.longitudinal_N": [0, 0.12, 0]}, "steps": 8}
+    history = solve(case).history
+    assert history is not None and history["force_x_N"] == pytest.approx(history["force.longitudinal_N"], abs=1e-5)
+    assert 0.0 < history["shift_x_um"][-1] < 0.5 * history["shift_x_um"][4]
+
+
+@pytest.mark.parametrize(("table", "values", "key"), [
+    ("history", {"distance_mm": [0, 8, 7]}, "history.distance_mm"),
+    ("history", {"distance_mm": [0, 0, 0, 7]}, "history.distance_mm"),
+    ("history", {"values": {"creepage.longitudinal": [0.001, 0.003]}}, "history.values"),
+    ("history", {"values": {"numerics.grid": [8, 8, 8]}}, "history.values"),
+    ("history", {"values": {"load.normal_N": [1, 0, 1]}}, "history.values"),
+    ("history", {"values": {"shift.lateral_um": [0, 1, 2]}}, "history.values"),
+    ("history", {"time_s": [0, 1, 2]}, "history.time_s"),
+    ("rolling", {"speed_m_s": 0.0}, "history.distance_mm"),
+    ("force", {"longitudinal_N": 0.1}, "history.values"),
+    ("friction", {"memory_um": 10.0}, "friction.memory_um"),
+    ("thermal", {"heat": True}, "thermal.heat"),
+    ("geometry", {"conformal": True}, "geometry.conformal"),
+])  # fmt: skip
+def test_what_is_refused(table: str, values: dict[str, Any], key: str) -> None:
+    case = ball(**{table: values})
+    if table == "thermal":
+        case["material"] = {**BALL["material"], "conductivity_W_mK": 50, "expansion_um_mK": 11, "diffusivity_mm2_s": 13}
+    with pytest.raises(CaseError) as raised:
+        Case.from_dict(case)
+    assert key in [finding.key for finding in raised.value.findings]
+
+
+def test_a_key_that_changes_has_no_other_value() -> None:
+    with pytest.raises(CaseError, match="changes over time"):
+        Case.from_dict(ball()).with_values({"creepage.longitudinal": 0.002})
+    with pytest.raises(ValueError, match="friction can carry"):
+        solve(ball(history={"values": {"force.longitudinal_N": [0, 1, 1]}}))
+    without = {name: table for name, table in ball(rolling={"speed_m_s": 0.0}).items() if name != "history"}
+    with pytest.raises(CaseError, match="greater than 0"):
+        Case.from_dict(without)

@@ -1,0 +1,106 @@
+"""The table [history]: inputs that change over time, and what is not computed with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from thermoroll_cli.files.case_table import Allowed, Table
+from thermoroll_cli.history.course import SHIFTS, SPEED, VARIED, Course, History
+from thermoroll_cli.problem.problem import BODIES, Problem
+
+MOST_PLACES = 100000
+REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "thermal.lower", "thermal.upper",
+           "geometry.conformal", "friction.memory_um", "numerics.accuracy")
+"""Tables and keys that are not computed over time."""
+LARGEST = 1e15
+"""Magnitude of any value."""
+LEAST = {"load.normal_N": 1e-15, "load.approach_um": 1e-9, "load.friction_coefficient": 1e-9, SPEED: 0.0}
+"""Least values of keys that have one."""
+
+Fault = tuple[tuple[str, ...], str, str]
+"""Path of a key, what is wrong with it, what is allowed."""
+Numbers = Annotated[list[float], Field(min_length=2, max_length=MOST_PLACES)]
+RISING = Allowed("2 or more numbers that rise; the same number twice is a jump")
+
+
+class HistoryTable(Table):
+    """A contact over time: what changes, and when."""
+
+    distance_mm: Annotated[Numbers | None, RISING] = Field(default=None, description="Distances rolled, of values")
+    time_s: Annotated[Numbers | None, RISING] = Field(default=None, description="Times, of values, instead of distance_mm")
+    steps: int | None = Field(default=None, ge=1, le=MOST_PLACES,
+                              description="Equal steps from the first place to the last; a row for each place if left out")
+    begin: Literal["steady", "pressed"] | None = Field(
+        default=None, description='The steady state (default), or "pressed": no tractions yet (default at speed 0)')
+    values: Annotated[dict[str, list[float]], Allowed("lists of numbers by key, one for each place")] = Field(
+        default={}, description=f"Values at the places, linear between them, of {', '.join(VARIED)}")
+
+
+def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
+    """What is wrong with a history, and the keys that do not go with one."""
+    for key in REFUSED:
+        table, _, inner = key.partition(".")
+        given = sections.get(table)
+        given = getattr(given, inner, None) if inner and given is not None else given
+        if given:
+            yield tuple(key.split(".")), "is not computed over time", "a case without it, or without [history]"
+    for body in (*BODIES, ""):
+        material: Any = sections.get("material")
+        own = getattr(material, body, None) if body else (None if hasattr(material, "lower") else material)
+        for key in ("layers", "relaxation", "relaxation_file"):
+            if own is not None and getattr(own, key, None):
+                yield ("material", *([body] if body else []), key), "is not computed over time", "homogeneous, elastic bodies"
+    if (history.distance_mm is None) == (history.time_s is None):
+        yield ("history",), "needs distance_mm or time_s", "one of them"
+        return
+    places = history.distance_mm or history.time_s or []
+    name = "time_s" if history.distance_mm is None else "distance_mm"
+    if any(other < one for one, other in pairwise(places)) or places[0] == places[-1]:
+        yield ("history", name), "must not fall", "numbers that rise; the same number twice is a jump"
+    if any(one == other == third for one, other, third in zip(places, places[1:], places[2:], strict=False)):
+        yield ("history", name), "has a number three times", "the same number twice is a jump"
+    yield from _values(sections, history, places)
+
+
+def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[float]) -> Iterator[Fault]:
+    """What is wrong with the values of keys."""
+    rolling, load, force, path = sections.get("rolling"), sections.get("load"), sections.get("force"), ("history", "values")
+    friction = sections.get("friction")
+    for key, values in history.values.items():
+        if key not in VARIED:
+            yield path, f"{key} cannot change over time", ", ".join(VARIED)
+        elif len(values) != len(places):
+            yield path, f"{key} has {len(values)} values for {len(places)} places", "one value for each place"
+        elif not all(abs(value) <= LARGEST and value >= LEAST.get(key, -LARGEST) for value in values):
+            what = ": bodies that part are not computed" if key in ("load.normal_N", "load.approach_um") else ""
+            yield path, f"{key} is outside the allowed range{what}", f"{LEAST.get(key, -LARGEST):g} to {LARGEST:g}"
+        elif key.startswith("creepage.") and getattr(force, f"{key.split('.')[1]}_N", None) is not None:
+            yield path, f"{key} cannot change under a given force.{key.split('.')[1]}_N", "a force, or a creepage"
+        elif load is not None and ((key == "load.normal_N" and load.approach_um is not None)
+                                   or (key == "load.approach_um" and load.normal_N is not None)):
+            yield path, f"{key} cannot change together with the other one", "a normal load, or an approach"
+        elif key == "load.friction_coefficient" and (friction is None or friction.law or friction.across):
+            yield path, f"{key} cannot change where friction depends on slip or place", "a case without [friction]"
+    speeds = history.values.get(SPEED) or ([] if rolling is None else [rolling.speed_m_s or 0.0])
+    if history.distance_mm is not None and not all(speeds):
+        yield ("history", "distance_mm"), "nothing is rolled at rolling.speed_m_s = 0", "time_s"
+    if any(speeds) and any(len({*history.values.get(key, [])}) > 1 for key in SHIFTS) and SPEED not in history.values:
+        yield path, "shifts happen without rolling", "rolling.speed_m_s = 0, or creepages"
+
+
+def history_of(table: HistoryTable, problem: Problem) -> History:
+    """The history that a table describes of the contact `problem`."""
+    by_distance, motion = table.distance_mm is not None, problem.motion
+    places = tuple(1e-3 * place for place in table.distance_mm or ()) or tuple(table.time_s or ())
+    for key, name in (("force.longitudinal_N", "creepage_x"), ("force.lateral_N", "creepage_y")):
+        if key in table.values:
+            motion = replace(motion, **{name: None})  # type: ignore[arg-type]
+    still = table.values.get(SPEED, [motion.speed])[0] == 0.0
+    values = {key: tuple(given) for key, given in table.values.items()}
+    return History(replace(problem, motion=motion), Course(
+        places, values, by_distance, table.steps, table.begin or ("pressed" if still else "steady")))

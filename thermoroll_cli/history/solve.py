@@ -1,0 +1,113 @@
+"""A history on its grid and on the next coarser one with twice the steps: rows with estimated errors, and the last state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.history.course import VARIED, History
+from thermoroll_cli.history.steps import Moment, Steps
+from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.names import SCALARS
+from thermoroll_cli.problem.result import HistoryColumns, Result
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.discretisation import SolverOptions
+from thermoroll_cli.steady_state.scalars import patches_of, problem_scalars
+from thermoroll_cli.steady_state.solvable import reasons_against
+
+COARSEST = 8
+"""Elements per side of a coarser grid that gives error estimates."""
+SMOOTH, JUMPING = 0.5, 1.0
+"""Error over the difference from the coarser grid and twice the step: 1/3 for errors of second order, 1 for those of first
+order, which jumps have."""
+
+
+class HistorySolver:
+    """Solves history after history."""
+
+    def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
+        self._threads, self._options = threads, options
+
+    def solve(self, history: History, *, report: Callable[[str, Mapping[str, Any]], None] | None = None) -> Result:
+        """The result of the last state, with the columns of all. Raises Unsolvable where friction cannot carry a force."""
+        _check(history)
+        rows, shape = history.course.rows, history.problem.numerics.grid
+        assert shape is not None
+        moments = list(self._moments(history, rows, shape, report))
+        coarser: list[Moment] = []
+        few = np.unique([*rows[::2], rows[-1]])
+        if min(shape) >= 2 * COARSEST:
+            coarser = list(self._moments(history, few, ((shape[0] + 1) // 2, (shape[1] + 1) // 2), report))
+        columns = {name: np.array([moment.reported.scalars[name] for moment in moments])
+                   for name in moments[0].reported.scalars}
+        errors = _errors(history, rows, columns, few, coarser)
+        return _result(history, moments, columns, errors)
+
+    def _moments(
+        self, history: History, rows: Array, shape: tuple[int, int], report: Callable[[str, Mapping[str, Any]], None] | None
+    ) -> Iterator[Moment]:
+        for moment in Steps(history, shape, self._options, self._threads).moments(rows):
+            if report is not None:
+                report("tangential", {"grid": list(shape), "applications": moment.applications,
+                                      "residual": moment.state.contact.tangential.residual})
+            yield moment
+
+
+def _check(history: History) -> None:
+    """Raises Unsolvable for the first reason against the problem at any place of the course."""
+    for place in history.course.places:
+        for after in (False, True):
+            for reason in reasons_against(DerivedQuantities(history.problem_at(place, after=after))):
+                key = "history.values" if reason.key in history.course.values else reason.key
+                where = f"at {1e3 * place:g} mm" if history.course.by_distance else f"at {place:g} s"
+                raise Unsolvable(f"{where}: {reason}", key, reason.allowed)
+
+
+def _errors(
+    history: History, rows: Array, columns: Mapping[str, Array], few: Array, coarser: Sequence[Moment]
+) -> dict[str, Array]:
+    """Estimated errors of the columns at all `rows`, from the same history on a coarser grid and on every second row.
+    Differences change their signs: an error is no less than the mean over all rows."""
+    share, found = JUMPING if history.course.jumps else SMOOTH, {}
+    both = np.searchsorted(rows, few)
+    for name, column in columns.items() if coarser else ():
+        difference = np.abs(column[both] - np.array([moment.reported.scalars[name] for moment in coarser]))
+        known = ~np.isnan(difference)
+        if known.any() and difference[known].any():
+            between = np.interp(rows, few[known], difference[known])
+            error = share * np.maximum(between, difference[known].mean())
+            found[name] = np.where(np.isnan(column), math.nan, error)
+    return found
+
+
+def _result(
+    history: History, moments: Sequence[Moment], columns: Mapping[str, Array], errors: Mapping[str, Array]
+) -> Result:
+    """The last state with all columns; it has converged if every step was solved."""
+    last, rows = moments[-1], history.course.rows
+    failed = [moment for moment in moments if not moment.converged]
+    first = failed[0] if failed else None
+    reason = "" if first is None else (
+        f"{len(failed)} of {len(moments)} steps were not solved, the first one at {first.time:g} s after "
+        f"{1e3 * first.distance:g} mm: smaller steps help where inputs change much in one")
+    inputs = {key: history.course.at(key, rows).tolist() for key in VARIED if key in history.course.values}
+    table = HistoryColumns({
+        "distance_mm": [1e3 * moment.distance for moment in moments], "time_s": [moment.time for moment in moments],
+        **inputs, "converged": [moment.converged for moment in moments],
+        **{name: column.tolist() for name, column in columns.items() if not np.isnan(column).all()},
+        **{f"uncertainty.{name}": error.tolist() for name, error in errors.items()}})
+    problem = replace(history.problem_at(float(rows[-1])), normal_force=last.reported.scalars["normal_N"])
+    # The energies and shifts belong to the history.
+    state = replace(last.reported, scalars={name: value for name, value in last.reported.scalars.items() if name in SCALARS})
+    known = {name: float(error[-1]) for name, error in errors.items() if name in SCALARS}
+    return Result(
+        problem=problem, coupled=state, isothermal=state, of_problem=problem_scalars(DerivedQuantities(problem)),
+        converged=not failed, reason=reason, uncertainty=known,
+        work={"grid": list(last.here.grid.shape), "extent": last.here.extent, "steps": len(moments) - 1,
+              "applications": sum(moment.applications for moment in moments), "skipped": {"heat": "not computed over time"}},
+        patches=tuple(patches_of(last.here, last.state.contact)), history=table)
