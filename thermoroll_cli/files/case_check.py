@@ -56,6 +56,7 @@ _MESSAGES = {
     "float_type": "must be a number",
     "int_type": "must be a whole number",
     "list_type": "must be a list",
+    "dict_type": "must be a table",
     "too_short": "is empty",
     "too_long": "has too many entries",
     "model_type": "must be a table",
