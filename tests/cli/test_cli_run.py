@@ -101,6 +101,13 @@ def test_picture_options(case: Path, tmp_path: Path) -> None:
     assert {path.suffix for path in (tmp_path / "results").iterdir()} == {".h5", ".svg"}
     call("run", case, "--set", "output.plots=false", "-q", "-o", "none", cwd=tmp_path)
     assert {path.suffix for path in (tmp_path / "none").iterdir()} == {".h5"}
+    for folder, options in (("case", ("--set", 'output.plots="summary"')), ("option", ("--plots", "summary", "--set",
+                            "output.plots=false"))):  # fmt: skip
+        call("run", case, *options, "-q", "-o", folder, cwd=tmp_path)
+        assert {path.name for path in (tmp_path / folder).iterdir()} == {f"{case.stem}.h5", f"{case.stem}_summary.png"}
+    call("run", case, "--no-plots", "--plots", "none", "-q", "-o", "neither", cwd=tmp_path)
+    assert {path.suffix for path in (tmp_path / "neither").iterdir()} == {".h5"}
+    assert call("run", case, "--no-plots", "--plots", "all", cwd=tmp_path).returncode == 2
     assert call("run", case, "--format", "gif", cwd=tmp_path).returncode == 2
 
 

@@ -86,6 +86,7 @@ def test_bad_values(key: str, line: str, message: str, allowed: str) -> None:
         ("thermal", "partition = nan", ""),
         ("thermal", 'partition = "match"', 'did you mean "matched"?'),
         ("output", "plots = 0", ""),
+        ("output", 'plots = "sumary"', 'did you mean "summary"?'),
         ("force", 'lateral_N = "3,5"', "a number is written with a point"),
     ],
 )

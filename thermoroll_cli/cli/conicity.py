@@ -32,6 +32,7 @@ def conicity(
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
+    plots: options.Plots = None,
     formats: options.Formats = None,
     dpi: options.Dpi = None,
     report: options.Report = False,
@@ -51,7 +52,7 @@ def conicity(
         with options.usage("--amplitude"), options.solvable(read, str(case)):
             found = conicity_of(read, amplitudes)  # type: ignore[arg-type]
     options.check_writable(output)
-    record, to = found.record(), Ending(output, as_json, no_plots, formats, dpi, report, quiet)
+    record, to = found.record(), Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, report, quiet)
 
     def write() -> Iterator[Path]:
         for kind, columns in TABLES.items():
@@ -73,7 +74,7 @@ def conicity(
         return page.of_conicity(found, read)
 
     raise typer.Exit(deliver(
-        to, read.name, f"{read.name}_conicity", write=write, draw=draw if read.plots else None, section=section, record=record,
+        to, read.name, f"{read.name}_conicity", write=write, draw=draw, section=section, record=record,
         lines=lambda: [f"  {name:18} {'none' if record[name] is None else f'{record[name]:.3f}':8} {meaning}"
                        for name, meaning in NUMBERS.items()],
         warnings=found.warnings, reason="" if any(value is not None for value in record["conicity"]) else

@@ -23,7 +23,7 @@ class Ending(NamedTuple):
 
     folder: Path
     as_json: bool = False
-    no_plots: bool = False
+    plots: str = "all"
     formats: Sequence[options.ImageFormat] | None = None
     dpi: float | None = None
     report: bool = False
@@ -38,13 +38,13 @@ class Ending(NamedTuple):
 
 
 def deliver(
-    to: Ending, name: str, stem: str, *, write: Callable[[], Iterable[Path]], draw: Callable[[], Iterable[Path]] | None,
+    to: Ending, name: str, stem: str, *, write: Callable[[], Iterable[Path]], draw: Callable[[], Iterable[Path]],
     section: Callable[[], Section], record: Mapping[str, Any] | None, lines: Callable[[], Iterable[str]],
     reason: str = "", warnings: Sequence[str] = (), drawable: Callable[[], Iterable[str]] | None = None, also: str = "",
 ) -> ExitCode:
     """End a command with what it has found for the case `name`, and return its exit code. Files of it begin with `stem`.
 
-    `write` writes its files, `draw` its pictures (None: none are wanted), `section` makes its page; `drawable` has the names of
+    `write` writes its files, `draw` its pictures, `section` makes its page; `drawable` has the names of
     all pictures that it may write, `stem` alone if not given. `record` is printed with `--json` (None: it has been), `lines`
     without, and what was written `also` behind the files. What goes wrong as files are written does not keep it from printing.
     """
@@ -52,7 +52,7 @@ def deliver(
     pages = list[Path]()
     try:
         files += write()
-        if draw is not None and not to.no_plots:
+        if to.plots != "none":
             pictures += draw()
         if to.report:
             from thermoroll_cli.cli import report as page

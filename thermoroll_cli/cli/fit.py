@@ -41,6 +41,7 @@ def fit(
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
+    plots: options.Plots = None,
     formats: options.Formats = None,
     dpi: options.Dpi = None,
     written_report: options.Report = False,
@@ -66,7 +67,7 @@ def fit(
 
     with options.recorded(case, as_json), options.usage("DATA.csv"):
         found = fitting.fit(read, measured, free, jobs=jobs, skip_failed=skip_failed, report=report)
-    to = Ending(output, as_json, no_plots, formats, dpi, written_report, quiet)
+    to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
 
     def section() -> Section:
         from thermoroll_cli.cli import report as page
@@ -82,7 +83,7 @@ def fit(
     state = "converged" if found.converged else "NOT CONVERGED"
     raise typer.Exit(deliver(
         to, read.name, f"{read.name}_fit", write=lambda: found.save(output, read.name), section=section,
-        draw=(lambda: to.drawn(f"{read.name}_fit", lambda path: style.save(found.figure(), path, dpi))) if read.plots else None,
+        draw=lambda: to.drawn(f"{read.name}_fit", lambda path: style.save(found.figure(), path, dpi)),
         record=found.record(), warnings=found.warnings, reason=found.reason,
         lines=lambda: [
             f"{read.name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",

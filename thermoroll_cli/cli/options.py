@@ -39,7 +39,22 @@ Settings = Annotated[
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")]
 RESULTS = Path("results")
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line on standard output, nothing else.")]
-NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
+PlotKind = StrEnum("PlotKind", "all summary none")
+"""Which pictures are drawn."""
+
+
+def _one_kind(context: typer.Context, value: Any) -> Any:
+    """`value` of one of the two options; a usage error where the other one says something else."""
+    asked = {kind for kind in (context.params.get("plots"), context.params.get("no_plots"), value) if kind}
+    if len({"none" if kind is True else str(kind) for kind in asked}) > 1:
+        raise typer.BadParameter("--no-plots is --plots none, and --plots says something else")
+    return value
+
+
+Plots = Annotated[
+    PlotKind | None, typer.Option("--plots", callback=_one_kind, help="Pictures, in place of output.plots of the case.")
+]
+NoPlots = Annotated[bool, typer.Option("--no-plots", callback=_one_kind, help="Short for --plots none.")]
 Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
 Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")]
 Dask = Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")]
@@ -63,6 +78,11 @@ Report = Annotated[bool, typer.Option("--report", help="Also one HTML file with 
 def image_formats(given: Sequence[ImageFormat] | None) -> tuple[str, ...]:
     """The file types that pictures are wanted in, each once."""
     return tuple(dict.fromkeys(given or (ImageFormat.png,)))
+
+
+def plots_of(case: Case, plots: PlotKind | None, no_plots: bool) -> str:
+    """Which pictures are wanted: as the options say, or else the case."""
+    return "none" if no_plots else str(plots or case.plots)
 
 
 def words(text: str) -> tuple[str, ...]:

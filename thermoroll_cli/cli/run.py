@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -39,6 +38,7 @@ def run(
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
+    plots: options.Plots = None,
     threads: options.Threads = 1,
     from_results: Annotated[
         list[Path] | None,
@@ -61,8 +61,10 @@ def run(
         raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
     options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
-    to = Ending(output, as_json, no_plots, formats, dpi, report, quiet)
-    run_case = partial(_run_case, to=to, normalised=normalised, threads=threads, verbose=verbose)
+    def run_case(case: Case) -> int:
+        to = Ending(output, as_json, options.plots_of(case, plots, no_plots), formats, dpi, report, quiet)
+        return _run_case(case, to=to, normalised=normalised, threads=threads, verbose=verbose)
+
     valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
     twice = [name for name, count in Counter(case.name for case in valid).items() if count > 1]
     if twice:
@@ -133,8 +135,11 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
 
             columns, title = result.history, case.settings.title or case.name
             curves = to.drawn(f"{case.name}_history", lambda path: draw_history(path, columns, title, to.dpi))
-        return curves + pictures.draw(result, to.folder / case.name, formats=options.image_formats(to.formats), dpi=to.dpi,
-                             normalised=normalised)
+        kinds = pictures.kinds_of(result)
+        if to.plots == "summary":
+            kinds = ("summary",) if "summary" in kinds else kinds[:1]
+        return curves + pictures.draw(result, to.folder / case.name, kinds=kinds, formats=options.image_formats(to.formats),
+                                      dpi=to.dpi, normalised=normalised)
 
     def section() -> Section:
         from thermoroll_cli.cli import report as page
@@ -148,7 +153,7 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
 
         return [f"{case.name}_{kind}" for kind in kinds_of(result)]
 
-    return deliver(to, case.name, case.name, write=write, draw=draw if case.plots else None, section=section,
+    return deliver(to, case.name, case.name, write=write, draw=draw, section=section,
                    record={"title": case.settings.title, **result.summary()}, lines=lambda: _report(case, result, verbose),
                    reason=result.reason, warnings=result.warnings, drawable=drawable)
 

@@ -107,10 +107,11 @@ def _plan_lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
 def _memory(case: Case, plan: Plan) -> int:
     """Memory of the whole process in bytes, 100 MiB of it for Python and libraries, 105 MiB for drawing: pictures are drawn
     when the solver's arrays are still there."""
-    return plan.memory_bytes + (100 + (105 if case.plots else 0)) * 2**20
+    return plan.memory_bytes + (100 + (0 if case.plots == "none" else 105)) * 2**20
 
 
 def _picture_seconds(case: Case, plan: Plan) -> float:
-    """Time for loading matplotlib and for each picture, on one core: four of every run, two of heat, one of profiles."""
+    """Time for loading matplotlib and for each picture, on one core: four of every run, two of heat, one of profiles; or the summary
+    alone."""
     count = 4 + (2 if plan.runs("heat") else 0) + (not case.problem.geometry.elliptic)
-    return 0.5 + 0.2 * count if case.plots else 0.0
+    return {"none": 0.0, "summary": 0.7}.get(case.plots, 0.5 + 0.2 * count)

@@ -52,6 +52,7 @@ def sweep(
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
+    plots: options.Plots = None,
     threads: options.Threads = 1,
     formats: options.Formats = None,
     dpi: options.Dpi = None,
@@ -84,7 +85,8 @@ def sweep(
     _check(wanted, case, as_json=as_json, quiet=quiet)
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
-    to, table, why_not = Ending(output, as_json, no_plots, formats, dpi, report, quiet), columns_of(rows, _title(points)), ""
+    to = Ending(output, as_json, options.plots_of(points.case(1), plots, no_plots), formats, dpi, report, quiet)
+    table, why_not = columns_of(rows, _title(points)), ""
 
     def draw() -> list[Path]:
         from thermoroll_cli.sweeps.table_picture import draw_table
@@ -111,7 +113,7 @@ def sweep(
 
     files = sum(row.file is not None for row in rows)
     raise typer.Exit(deliver(
-        to, case_name(case), "sweep", draw=draw if wanted.plots else None, section=section, record=None, lines=lines,
+        to, case_name(case), "sweep", draw=draw, section=section, record=None, lines=lines,
         write=lambda: [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))],
         warnings=list(warnings_by_kind((row.name, row.summary["warnings"]) for row in rows)) if not as_json else (),
         reason=f"{failures} of {len(rows)} points: see the column reason of {output / TABLE_NAME}" if failures else "",

@@ -31,6 +31,7 @@ def wear(
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
+    plots: options.Plots = None,
     jobs: options.Jobs = 1,
     threads: options.Threads = 1,
     formats: options.Formats = None,
@@ -63,7 +64,7 @@ def wear(
 
         done = follow(read, output, resume=resume, jobs=jobs, threads=threads, report=report,
                       command_line=options.command_line())
-    last, steps, to = done.rows[-1], len(done.rows) - 1, Ending(output, as_json, no_plots, formats, dpi, written_report, quiet)
+    last, steps, to = done.rows[-1], len(done.rows) - 1, Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
     values = [(meaning_of(name), _text(last, name), name) for name in last if not name.startswith(UNCERTAINTY)]
 
     def section() -> Section:
@@ -80,7 +81,7 @@ def wear(
 
     raise typer.Exit(deliver(
         to, read.name, f"{read.name}_wear", write=lambda: done.files, section=section,
-        draw=(lambda: to.drawn(f"{read.name}_wear", lambda path: _draw(done, path, dpi))) if read.plots else None,
+        draw=lambda: to.drawn(f"{read.name}_wear", lambda path: _draw(done, path, dpi)),
         record={"status": "not_converged" if done.reason else "converged", "reason": done.reason, "steps": steps, **last},
         lines=lambda: [*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in values), f"  {steps} steps"],
         reason=done.reason))

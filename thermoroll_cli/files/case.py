@@ -164,9 +164,10 @@ class Case:
         return replace(self, settings=settings, readings={**kept, **read})
 
     @property
-    def plots(self) -> bool:
-        """Whether the case asks for pictures."""
-        return self.settings.output.plots
+    def plots(self) -> str:
+        """Which pictures the case asks for: "all", "summary" or "none"."""
+        asked = self.settings.output.plots
+        return asked if isinstance(asked, str) else "all" if asked else "none"
 
     @property
     def problem(self) -> si.Problem:

@@ -345,7 +345,10 @@ class WearTable(Table):
 class OutputTable(Table):
     """Output besides the result file."""
 
-    plots: bool = Field(default=True, description="Draw pictures")
+    plots: Annotated[
+        bool | Literal["all", "summary", "none"], WithJsonSchema({"enum": [True, False, "all", "summary", "none"]}),
+    ] = Field(
+        default=True, description="Pictures: all, the sheet of a run alone (of a wheelset its section), or none")
 
 
 class Head(Table):

@@ -137,8 +137,6 @@ class Sweep:
     resume: bool = False
     scalars_only: bool = False
     threads: int = 1
-    plots: bool = True
-    """Whether the case asks for a picture; known once the points are checked."""
     _keys: list[str] = field(default_factory=list)
 
     def check(self, note: Callable[[str], None] = lambda text: None) -> None:
@@ -149,7 +147,6 @@ class Sweep:
         self._keys = []
         for case in self.points.checked():
             self._keys.append(key_of(case))
-            self.plots = case.plots
 
     def run(self, *, report: Callable[[Row, bool], None], note: Callable[[str], None]) -> Rows:
         """Solve the points, write a result file for each unless `scalars_only`, and the tables, and return the rows.
