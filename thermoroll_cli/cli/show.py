@@ -111,7 +111,7 @@ def _memory(case: Case, plan: Plan) -> int:
 
 
 def _picture_seconds(case: Case, plan: Plan) -> float:
-    """Time for loading matplotlib and for each picture, on one core: four of every run, two of heat, one of profiles; or the summary
-    alone."""
+    """Time for loading matplotlib and for each picture, on one core: four of every run, two of heat, one of profiles;
+    or the summary alone."""
     count = 4 + (2 if plan.runs("heat") else 0) + (not case.problem.geometry.elliptic)
     return {"none": 0.0, "summary": 0.7}.get(case.plots, 0.5 + 0.2 * count)

@@ -64,7 +64,8 @@ def wear(
 
         done = follow(read, output, resume=resume, jobs=jobs, threads=threads, report=report,
                       command_line=options.command_line())
-    last, steps, to = done.rows[-1], len(done.rows) - 1, Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
+    last, steps = done.rows[-1], len(done.rows) - 1
+    to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
     values = [(meaning_of(name), _text(last, name), name) for name in last if not name.startswith(UNCERTAINTY)]
 
     def section() -> Section:

@@ -368,18 +368,18 @@ class Settings(Head):
     wheelset: WheelsetTable | None = None
     bearing: BearingTable | None = None
     load: LoadTable
-    rolling: RollingTable = RollingTable.model_construct()
-    friction: FrictionTable = FrictionTable.model_construct()
+    rolling: RollingTable = Field(default_factory=RollingTable.model_construct)
+    friction: FrictionTable = Field(default_factory=FrictionTable.model_construct)
     layer: InterlayerTable | None = None
-    creepage: CreepageTable = CreepageTable.model_construct()
-    force: ForceTable = ForceTable.model_construct()
-    thermal: ThermalTable = ThermalTable.model_construct()
-    numerics: NumericsTable = NumericsTable.model_construct()
+    creepage: CreepageTable = Field(default_factory=CreepageTable.model_construct)
+    force: ForceTable = Field(default_factory=ForceTable.model_construct)
+    thermal: ThermalTable = Field(default_factory=ThermalTable.model_construct)
+    numerics: NumericsTable = Field(default_factory=NumericsTable.model_construct)
     subsurface: SubsurfaceTable | None = None
     strength: StrengthTable | None = None
     wear: WearTable | None = None
     history: HistoryTable | None = None
-    output: OutputTable = OutputTable.model_construct()
+    output: OutputTable = Field(default_factory=OutputTable.model_construct)
 
     @property
     def coefficient_at_rest(self) -> float:
