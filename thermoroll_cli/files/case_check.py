@@ -136,7 +136,7 @@ class _Checker:
             self.sections[name] = model.LoadTable()
         elif not field.is_required():
             # Some tables mean something by not being there.
-            self.sections[name] = None if name in ("thermal", "subsurface") else field.default
+            self.sections[name] = None if name in ("thermal", "subsurface") else field.get_default(call_default_factory=True)
         elif name not in self._meant((), self.content):
             self._note((name,), f"the table [{name}] is missing", hint=_missing_table(name, field))
 
