@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import math
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from tests.support.command_line import call as invoke
 from thermoroll_cli import Case, fit, sweep
 from thermoroll_cli.sweeps.fit import Parameter
 from thermoroll_cli.sweeps.measured import Measured
+from thermoroll_cli.tasks.runner import Processes
 
 CASE = {
     "material": {"youngs_modulus_GPa": 205.0, "poisson_ratio": 0.29},
@@ -138,7 +140,36 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     drawn = invoke("sweep", "out/rig_fit.toml", "--over", "creepage.longitudinal=0.001:0.01:3", "-o", "out", "--scalars-only",
                    "--measured", "newton.csv")  # fmt: skip
     assert drawn.returncode == 0, drawn.stderr
-    assert invoke("plot", "out/sweep.h5", "--measured", "newton.csv").returncode == 0
+    pictures = []
+    for name in ("newton.csv", "curve.csv"):  # forces, and forces over the load
+        assert invoke("plot", "out/sweep.h5", "--measured", name).returncode == 0
+        pictures.append(Path("out/sweep.png").read_bytes())
+    assert pictures[0] == pictures[1]
+
+
+def test_a_key_that_acts_by_its_square_is_found_from_the_end_0_of_its_range():
+    creepages = [5e-4, 1e-3, 2e-3, 4e-3]
+    rows = sweep(KNOWN | {"creepage": {"lateral": 3e-3}}, {"creepage.longitudinal": creepages})
+    data = {"creepage.longitudinal": creepages, "force_x_N": [row["force_x_N"] for row in rows]}
+    found = fit(KNOWN, data, ["creepage.lateral=0:0.01"])
+    assert found.converged and not found.warnings
+    assert found.parameters["creepage.lateral"].value == pytest.approx(3e-3, rel=1e-4)
+
+
+def test_a_fit_goes_on_where_a_worker_is_killed(monkeypatch):
+    def broken(*arguments):
+        raise BrokenProcessPool
+
+    monkeypatch.setattr(Processes, "map", broken)
+    assert fit(KNOWN, noisy_curve(0.01), KEYS[:1], jobs=2).parameters == fitted(0.01)
+
+
+def test_forces_over_a_load_that_varies_need_it_beside_them():
+    data = {"creepage.longitudinal": [1e-3, 2e-3], "force_x_over_load": [0.1, 0.2], "force_x_over_load_error": [0.01, 0.02]}
+    with pytest.raises(ValueError, match=r"add the column load\.normal_N"):
+        Measured.of(data).in_newtons([100.0, 200.0])
+    forces = Measured.of(data | {"load.normal_N": [100.0, 200.0]}).in_newtons([100.0, 200.0])
+    assert forces.values["force_x_N"].tolist() == [10.0, 40.0] and forces.deviations["force_x_N"].tolist() == [1.0, 4.0]
 
 
 @pytest.mark.parametrize(("text", "words"), [

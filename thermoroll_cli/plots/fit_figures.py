@@ -39,7 +39,7 @@ def fit_figure(
             else:
                 at = np.linspace(curve[0][0], curve[0][-1], 200)  # cubics between the measured places keep what rises rising
                 line, half = (PchipInterpolator(curve[0], part[name])(at) for part in curve[1:])
-                above.plot(at, line, color=style.AFTER, label="; ".join(found))
+                above.plot(at, line, color=style.AFTER, label="\n".join(found))
                 above.fill_between(at, line - half, line + half, color=style.AFTER, alpha=0.3, linewidth=0.0,
                                    label="95 % band of the curve")
             below.errorbar(places, values - computed[name], bars, **POINTS)

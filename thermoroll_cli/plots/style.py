@@ -80,7 +80,7 @@ def add_headline(figure: Figure, title: str, converged: bool = True, note: str =
 
 def legend_columns(handles: Sequence[Artist], width: float) -> int:
     """As many columns of a legend as `width` inches surely hold, each as wide as its longest label: 19 letters an inch."""
-    widths = [0.46 + len(str(handle.get_label())) / 19 for handle in handles]
+    widths = [0.46 + max(map(len, str(handle.get_label()).split("\n"))) / 19 for handle in handles]
     fitting = (columns for columns in range(len(widths), 1, -1)
                if sum(float(max(column)) for column in np.array_split(widths, columns)) <= width)
     return next(fitting, 1)

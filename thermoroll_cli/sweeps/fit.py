@@ -15,6 +15,7 @@ import math
 import os
 import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain, combinations, repeat
@@ -73,7 +74,9 @@ class Free:
         key, equals, written = (part.strip() for part in text.partition("="))
         entry = entry_at(key_path(key))
         if "minimum" not in entry or entry.get("type") != "number":
-            raise ValueError(f'"{key}" is not a key of a case that takes a number, as load.friction_coefficient')
+            what = (f"{allowed_values(key_path(key))}: a fit needs a key with one range of numbers" if entry else
+                    "not a key of a case, as load.friction_coefficient is")
+            raise ValueError(f'"{key}" is {what}')
         low, high = float(entry["minimum"]), float(entry["maximum"])
         if equals:
             ends = written.split(":")
@@ -235,7 +238,11 @@ class _Model:
         points = points.with_one_decision()
         # A vector is a batch, so that the values do not depend on who computes them.
         batches = [range(first, min(first + count, len(different) + 1)) for first in range(1, len(different) + 1, count)]
-        solved = (self.processes.map if self.processes else map)(summaries, repeat(points), batches)
+        try:
+            solved = list((self.processes.map if self.processes else map)(summaries, repeat(points), batches))
+        except BrokenProcessPool:  # killed, or out of memory, of which one process needs least
+            self.processes = None
+            solved = list(map(summaries, repeat(points), batches))
         outcomes = dict(zip(different, chain.from_iterable(solved), strict=True))
         self.solved += len(different)
         self.report(self.solved)
@@ -333,13 +340,15 @@ def fit(
 
 def _found(model: _Model, *, skip: bool) -> Fit:
     """The fit, on the coarse grid first."""
-    vector = np.array([one.coordinate(one.start) for one in model.free])
+    ends = np.array([[one.coordinate(one.low), one.coordinate(one.high)] for one in model.free]).T
+    # Not at an end of a range: a key that acts by its square has no slope at 0.
+    inside = np.minimum(10 * STEP, 0.25 * (ends[1] - ends[0]))
+    vector = np.clip([one.coordinate(one.start) for one in model.free], ends[0] + inside, ends[1] - inside)
     coarse = _coarser(model.case)
     model, warnings = _with_steady_points(replace(model, settings=coarse or _asked(model), _known={}), vector, skip=skip)
     values = len(model.measured) * len(model.measured.values)
     if values < len(model.free):
         raise ValueError(f"{model.measured.source}: {values} measured values do not determine {len(model.free)} keys")
-    ends = np.array([[one.coordinate(one.low), one.coordinate(one.high)] for one in model.free]).T
     reason, slopes = "", model.jacobian
     for stage in ("coarse", "fine") if coarse else ("fine",):
         if stage == "fine":

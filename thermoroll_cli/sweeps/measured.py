@@ -114,6 +114,18 @@ class Measured:
                   for part in (self.varied, self.values, self.deviations)]
         return Measured(self.source, tuple(self.lines[number] for number in kept), *chosen)
 
+    def in_newtons(self, loads: Sequence[float]) -> Measured:
+        """The same points with forces in place of forces over the load: that of the column load.normal_N, or of the cases that
+        the points are compared with, where it is one, of `loads` (N). Raises ValueError where it is not."""
+        if not OVER_LOAD.keys() & self.values.keys():
+            return self
+        load = self.varied.get("load.normal_N", loads[0])
+        if "load.normal_N" not in self.varied and max(loads) > (1.0 + 1e-9) * min(loads):
+            raise ValueError(f"{self.source} has forces over the load, which varies: add the column load.normal_N")
+        values, deviations = ({OVER_LOAD.get(name, name): column * load if name in OVER_LOAD else column
+                               for name, column in part.items()} for part in (self.values, self.deviations))
+        return Measured(self.source, self.lines, self.varied, values, deviations)
+
     def scale(self, name: str) -> Array:
         """What a difference in a scalar counts against: its standard deviations, else its largest value, (points,)."""
         if name in self.deviations:

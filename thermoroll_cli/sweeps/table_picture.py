@@ -45,6 +45,8 @@ def draw_table(
         if measured is not None:
             if over[0] not in measured.varied:
                 raise ValueError(f"{measured.source} has no column {over[0]}, over which the sweep is drawn")
+            measured = measured.in_newtons([load for load, status in zip(columns["normal_N"], columns["status"], strict=True)
+                                            if status == CONVERGED])  # fmt: skip
             if missing := mark_measured(figure, measured.varied[over[0]], measured.values, measured.deviations):
                 raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
         style.save(figure, path, dpi)
