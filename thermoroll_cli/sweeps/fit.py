@@ -74,9 +74,8 @@ class Free:
         key, equals, written = (part.strip() for part in text.partition("="))
         entry = entry_at(key_path(key))
         if "minimum" not in entry or entry.get("type") != "number":
-            what = (f"{allowed_values(key_path(key))}: a fit needs a key with one range of numbers" if entry else
-                    "not a key of a case, as load.friction_coefficient is")
-            raise ValueError(f'"{key}" is {what}')
+            takes = f"takes one range of numbers: it is {allowed_values(key_path(key))}" if entry else "a case has"
+            raise ValueError(f'"{key}" is not a key that {takes}')
         low, high = float(entry["minimum"]), float(entry["maximum"])
         if equals:
             ends = written.split(":")
