@@ -48,7 +48,7 @@ def cases(draw: st.DrawFn) -> dict[str, Any]:
             for body in ("lower", "upper")
             for axis in "xy"
         },
-        "load": {"normal_N": draw(numbers(1e-6, 1e6)), "friction_coefficient": draw(st.floats(0, 2))},
+        "load": {"normal_N": draw(numbers(1e-6, 1e6)), "friction_coefficient": draw(st.just(0.0) | st.floats(1e-12, 2))},
         "rolling": {"speed_m_s": draw(numbers(1e-6, 1e6))},
     }
     optional = {
