@@ -201,6 +201,7 @@ def test_pictures_do_not_depend_on_the_users_settings(tmp_path: pathlib.Path) ->
     script = (
         "import sys, pathlib, warnings\n"
         "warnings.simplefilter('error')\n"
+        "warnings.filterwarnings('ignore', category=DeprecationWarning, module='matplotlib|pyparsing')\n"
         "sys.path.insert(0, sys.argv[1])\n"
         "from thermoroll_cli.plots.pictures import draw\n"
         "from tests.support import synthetic\n"
