@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.commands import HELP_OPTIONS
+from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
@@ -55,6 +56,7 @@ def build(
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the table as CSV, too.")] = None,
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> None:
     """Build a table of creep forces.
 
@@ -83,21 +85,26 @@ def build(
                                 report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
         write_table(output, built, command_line=options.command_line())
         journal_path(output).unlink(missing_ok=True)
-    if csv is not None:
-        write_csv(csv, built)
-    if as_json:
-        streams.write_json({"file": output, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)})
-    elif not quiet:
+
+    def write() -> Iterator[Path]:
+        yield output
+        if csv is not None:
+            write_csv(csv, built)
+            yield csv
+
+    def lines() -> Iterator[str]:
         quality = built.quality
-        streams.write(
-            f"{built.errors[:, 1:].size} points solved, {built.holes} of them without a solution",
-            f"  errors of forces over μW: solver {quality.solver_rms:.1e} (rms), {quality.solver_max:.1e} (largest)",
-            *([f"  table against solver at {quality.points} random points: {quality.rms:.1e} (rms), "
-               f"{quality.largest:.1e} (largest)"] if quality.points else []),
-            f"  wrote {output}")  # fmt: skip
-    if built.holes:
-        streams.note(f"thermoroll: {built.holes} points did not converge: holes of the table, filled from their neighbours")
-    raise typer.Exit(ExitCode.NOT_CONVERGED if built.holes else ExitCode.FINE)
+        yield f"{built.errors[:, 1:].size} points solved, {built.holes} of them without a solution"
+        yield f"  errors of forces over μW: solver {quality.solver_rms:.1e} (rms), {quality.solver_max:.1e} (largest)"
+        if quality.points:
+            yield (f"  table against solver at {quality.points} random points: {quality.rms:.1e} (rms), "
+                   f"{quality.largest:.1e} (largest)")
+
+    record = {"file": output, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)}
+    raise typer.Exit(deliver(
+        Ending(output.resolve().parent, as_json, quiet=quiet), output.name, output.stem, write=write, record=record,
+        lines=lines, drawable=tuple,
+        reason=f"{built.holes} points are holes of the table, filled from their neighbours" if built.holes else ""))
 
 
 @table.command()

@@ -38,8 +38,9 @@ class Ending(NamedTuple):
 
 
 def deliver(
-    to: Ending, name: str, stem: str, *, write: Callable[[], Iterable[Path]], draw: Callable[[], Iterable[Path]],
-    section: Callable[[], Section], record: Mapping[str, Any] | None, lines: Callable[[], Iterable[str]],
+    to: Ending, name: str, stem: str, *, write: Callable[[], Iterable[Path]], record: Mapping[str, Any] | None,
+    lines: Callable[[], Iterable[str]], draw: Callable[[], Iterable[Path]] | None = None,
+    section: Callable[[], Section] | None = None,
     reason: str = "", warnings: Sequence[str] = (), drawable: Callable[[], Iterable[str]] | None = None, also: str = "",
 ) -> ExitCode:
     """End a command with what it has found for the case `name`, and return its exit code. Files of it begin with `stem`.
@@ -52,16 +53,17 @@ def deliver(
     pages = list[Path]()
     try:
         files += write()
-        if to.plots != "none":
+        if draw is not None and to.plots != "none":
             pictures += draw()
-        if to.report:
+        if to.report and section is not None:
             from thermoroll_cli.cli import report as page
 
             pages.append(page.write(to.folder / f"{stem}_report.html", [section()]))
     except OSError as cause:
         streams.error(f"{name}: {cause}")
         code = ExitCode.INPUT_OUTPUT
-    if files and not to.quiet and any(to.folder.glob(f"{glob.escape(stem)}*.*")):  # else matplotlib is not imported for it
+    # Without files that are called like pictures matplotlib is not imported for their names.
+    if files and not to.quiet and (drawable is None or any(to.folder.glob(f"{glob.escape(stem)}_*.*"))):
         known = (to.folder / f"{each}.{ending}" for each in (drawable or (lambda: (stem,)))() for ending in options.ImageFormat)
         options.report_stale(known, pictures)
     if to.as_json and record is not None:
