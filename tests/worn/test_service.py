@@ -16,6 +16,7 @@ from tests.support.command_line import call
 from tests.support.wheelsets import ROOT
 from thermoroll_cli import Case, CaseError, read_result, solve, wear
 from thermoroll_cli.steady_state.scalars import worn_per_passage
+from thermoroll_cli.tasks.journal import JournalError
 from thermoroll_cli.wheelset.curves import curve
 from thermoroll_cli.worn.follow import Evolution
 from thermoroll_cli.worn.outlines import Outline, flange
@@ -223,6 +224,21 @@ def test_a_position_that_has_failed_is_solved_again(whole: Path, tmp_path: Path)
     (tmp_path / "all").mkdir()
     again = resumed(whole, tmp_path, [first, records[0], *(json.dumps(record) + "\n" for record in failed)])
     assert again.converged and again.rows == resumed(whole, tmp_path / "all").rows
+
+
+def test_a_failed_step_goes_on_with_another_grid(whole: Path, tmp_path: Path) -> None:
+    """Positions that are solved stay as they are, and each step says how fine its grids were."""
+    first, *records = (whole / "results" / "m_wear.jsonl").read_text().splitlines(keepends=True)
+    failed = json.loads(records[2]) | {"solved": False}
+    (tmp_path / "m_wear.jsonl").write_text(first + records[0] + json.dumps({"key": "0/2", "reason": "of a grid", "solved": False})
+                                           + "\n" + json.dumps(failed) + "\n")
+    again = wear(Case.read(whole / "m.toml").with_values({"numerics.grid": 14}), tmp_path, resume=True)
+    assert again.converged and again.rows[0]["elements"] > json.loads(records[2])["row"]["elements"]
+    kept = [json.loads(line) for line in (tmp_path / "m_wear.jsonl").read_text().splitlines()]
+    assert [record.get("key") for record in kept].count("0/1") == 1
+    assert again.result is not None and again.result.problem.numerics.grid == (14, 14)
+    with pytest.raises(JournalError, match="of another wear"):
+        wear(Case.read(whole / "m.toml").with_values({"load.friction_coefficient": 0.2}), tmp_path, resume=True)
 
 
 def test_validate_checks_the_keys_of_positions(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 import os
 import pathlib
@@ -30,7 +31,7 @@ from thermoroll_cli.worn.service import outlines_of, positions_of, service, wear
 from thermoroll_cli.worn.steps import WearState, reached
 from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, wear_node, worn_case, write_profiles
 
-LAYOUT = 3
+LAYOUT = 4
 """Raised whenever records of the journal change."""
 
 
@@ -79,7 +80,7 @@ def wear(
 
     - `case`: as of `solve`, with the table `[wear]`;
     - `folder`: receives the files of the command but for pictures, and is made if necessary; without it nothing is kept;
-    - `resume`: goes on from the steps in `folder`;
+    - `resume`: goes on from the steps in `folder`, those of a wheelset also with other `[numerics]`;
     - `jobs`: processes that share the positions of a wheelset (a script then needs `if __name__ == "__main__":`);
     - `threads`: as of `solve`;
     - `report`: called with the number of each step and its row as soon as it is solved;
@@ -99,8 +100,7 @@ def wear(
         with contextlib.ExitStack() as stack:
             place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
             place.mkdir(parents=True, exist_ok=True)
-            identity = {"kind": "wear", "layout": LAYOUT, "case": case.to_json()}
-            journal = stack.enter_context(Journal(place / f"{case.name}_wear.jsonl", identity, resume=resume))
+            journal = stack.enter_context(Journal(place / f"{case.name}_wear.jsonl", _identity(case), resume=resume))
             state: WearState | None = None
             for state in _states(task, positions, journal, Workers(jobs), threads):
                 safe_point()
@@ -127,6 +127,15 @@ def asked_of(task: Problem | WheelsetProblem) -> Wear:
         raise Unsolvable("a rail has no circumference", "wear.lower",
                          "track_length_m, the distance between two passages of a wheel")
     return asked
+
+
+def _identity(case: Case) -> dict[str, Any]:
+    """What a journal is of. Worn outlines of a wheelset lie on rows of their own, so that any grid goes on with them; the rows of
+    a contact are those of its grid."""
+    content = json.loads(case.to_json())
+    if case.settings.wheelset is not None:
+        content.pop("numerics", None)
+    return {"kind": "wear", "layout": LAYOUT, "case": content}
 
 
 def _states(task: Problem | WheelsetProblem, positions: list[tuple[float, WheelsetProblem]], journal: Journal, workers: Workers,

@@ -116,8 +116,8 @@ class Stand:
         return f"{self.step}/{self.number}"
 
     def items(self) -> Iterator[Item]:
-        """A record with the columns of the wheelset, the depths (m) that one passage wears off the rows of each outline, and
-        their errors."""
+        """A record with the most elements of a patch, the columns of the wheelset, the depths (m) that one passage wears off the
+        rows of each outline, and their errors."""
         try:
             result = solve_wheelset(worn_wheelset(self.problem, self.outlines), threads=self.threads)
         except ValueError as cause:
@@ -127,7 +127,8 @@ class Stand:
             yield self.given_up(result.reason), b""
             return
         uncertainty = result.uncertainty
-        yield {"key": self.key, "reason": "",
+        elements = max((patch.coupled.fields["pressure"].size for patch in result.contacts), default=0)
+        yield {"key": self.key, "reason": "", "elements": elements,
                "columns": {name: (result[name], uncertainty[name]) for name in (*MEANS, *LARGEST) if name in result.scalars},
                "depths": {name: depth.tolist() for name, depth in depths_of(result, self.outlines).items()},
                "errors": {name: rate_errors_of(result, name) for name in self.outlines}}, b""
@@ -204,7 +205,7 @@ def _solved(positions: list[tuple[float, WheelsetProblem]], state: WearState, ou
     failed = [f"step {state.steps}, position {k}: {record['reason']}" for k, record in enumerate(records, 1)
               if record["reason"]]
     if failed:
-        return replace(state, reason="; ".join(failed))
+        return replace(state, reason=f"{'; '.join(failed)}; resume with another numerics.grid")
     problem, weights = positions[0][1], [weight for weight, _ in positions]
     wear = problem.contact.wear
     assert wear is not None
@@ -220,7 +221,8 @@ def _solved(positions: list[tuple[float, WheelsetProblem]], state: WearState, ou
     stable = STABLE_SHARE * max(wear.smoothing, ROW) * lightest / problem.contact.contact_modulus
     fastest = max(float(rate.max()) for rate in rates.values())
     return replace(state, rates=rates, rate_errors=errors, longest=min(wear.step, stable) / fastest if fastest else 0.0,
-                   columns=_of_results(weights, [record["columns"] for record in records]))
+                   columns={"elements": (max(record["elements"] for record in records), None)}
+                   | _of_results(weights, [record["columns"] for record in records]))
 
 
 def _of_results(weights: list[float], found: Sequence[Mapping[str, tuple[float, float]]]) -> Columns:

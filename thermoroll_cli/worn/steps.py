@@ -21,7 +21,7 @@ BASES = {
     "worn_area_": "worn cross-section", "worn_volume_": "worn volume", "worn_mass_": "worn mass", "half_width_mm":
     "half-width of the contact", "line_load_max_N_mm": "largest line load", "flange_height_": "flange height Sh",
     "flange_thickness_": "flange thickness Sd", "flange_qR_": "flange gradient qR",
-    "conicity_3mm": "equivalent conicity at 3 mm",
+    "conicity_3mm": "equivalent conicity at 3 mm", "elements": "elements of the largest grid of a patch",
 }  # fmt: skip
 """Columns besides scalars of results, or how their names begin, with their meanings."""
 
