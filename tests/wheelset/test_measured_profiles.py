@@ -117,3 +117,15 @@ def test_headers_and_decimal_commas_of_instruments() -> None:
     y, z = np.array(comma.content).T
     assert len(y) == 81 and (y.min(), y.max()) == (-20.0, 20.0)
     np.testing.assert_allclose(z - z.min(), y**2 / 600.0, atol=1e-3)
+
+
+def test_a_patch_at_the_end_of_a_profile_has_a_gap_up_to_its_limit() -> None:
+    """The end of a rail of the other hand lies in a patch: iterated with other places, the last normal missed it."""
+    case = measured("Car7216_0001r.whl", "avg_HR.BAN", lateral_shift_mm=-5.0)
+    case["wheelset"]["flange_back_mm"] = 0.0
+    case["track"]["rail_profile"].pop("mirror")
+    case["numerics"]["grid"] = 12
+    result = solve(Case.from_dict(case))
+    assert any("mirror = true" in text for text in result.warnings)
+    assert any("reaches the end of a profile" in text for text in result.warnings)
+    assert result.contacts and all(np.isfinite(patch.coupled.fields["pressure"]).all() for patch in result.contacts)

@@ -229,9 +229,8 @@ def test_a_position_that_has_failed_is_solved_again(whole: Path, tmp_path: Path)
 def test_a_failed_step_goes_on_with_another_grid(whole: Path, tmp_path: Path) -> None:
     """Positions that are solved stay as they are, and each step says how fine its grids were."""
     first, *records = (whole / "results" / "m_wear.jsonl").read_text().splitlines(keepends=True)
-    failed = json.loads(records[2]) | {"solved": False}
-    (tmp_path / "m_wear.jsonl").write_text(first + records[0] + json.dumps({"key": "0/2", "reason": "of a grid", "solved": False})
-                                           + "\n" + json.dumps(failed) + "\n")
+    failed = {"key": "0/2", "reason": "of a grid", "solved": False}, json.loads(records[2]) | {"solved": False}
+    (tmp_path / "m_wear.jsonl").write_text("".join((first, records[0], *(json.dumps(record) + "\n" for record in failed))))
     again = wear(Case.read(whole / "m.toml").with_values({"numerics.grid": 14}), tmp_path, resume=True)
     assert again.converged and again.rows[0]["elements"] > json.loads(records[2])["row"]["elements"]
     kept = [json.loads(line) for line in (tmp_path / "m_wear.jsonl").read_text().splitlines()]

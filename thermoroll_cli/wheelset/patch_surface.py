@@ -218,13 +218,14 @@ class PatchSurface:
         return float(max(rail[0], wheel[0])), float(min(rail[-1], wheel[-1]))
 
     def _met(self, here: float, end: float) -> float:
-        """The last s on the way from `here` to `end` whose normal meets both surfaces."""
+        """The last s on the way from `here` to `end` whose normal meets both surfaces, or a probe before it: iterated with
+        other places the last one may miss by rounding."""
         for _ in range(2):
             s = np.linspace(here, end, PROBES)
             missed = np.flatnonzero(np.isnan(self.gap_on_locus(s)))
             if not len(missed):
                 return end
-            here, end = float(s[max(missed[0] - 1, 0)]), float(s[missed[0]])
+            here, end = float(s[max(missed[0] - 2, 0)]), float(s[missed[0]])
         return here
 
     def _across(self, places: tuple[float, float]) -> list[float]:

@@ -116,8 +116,8 @@ class Stand:
         return f"{self.step}/{self.number}"
 
     def items(self) -> Iterator[Item]:
-        """A record with the most elements of a patch, the columns of the wheelset, the depths (m) that one passage wears off the
-        rows of each outline, and their errors."""
+        """A record with the most elements of a patch, the columns of the wheelset, the depths (m) that one passage wears off
+        the rows of each outline, and their errors."""
         try:
             result = solve_wheelset(worn_wheelset(self.problem, self.outlines), threads=self.threads)
         except ValueError as cause:
