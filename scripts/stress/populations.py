@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.stress import conicities, fits, neighbours, profile_files, service, wear, wheelsets
+from scripts.stress import bearings, conicities, fits, neighbours, profile_files, service, wear, wheelsets
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
 from scripts.stress.coverage import covered, covered_beyond
 from scripts.stress.outcome import Outcome
@@ -132,6 +132,7 @@ POPULATIONS = {
     "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "files of profiles": Population(profile_files.random_file, profile_files.check, 200),
+    "bearings": Population(bearings.random_bearing, bearings.check, 40, limit=300.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),
     "fits of two values": Population(lambda seed: fits.random_curve(seed, 2), fits.covered, 200),
     "fits of three values": Population(lambda seed: fits.random_curve(seed, 3), fits.covered, 200),
@@ -145,6 +146,7 @@ POPULATIONS = {
     "coverage of falling friction": Population(random_friction, covered, 40, 300.0),
     "coverage of strength and wear": Population(random_strength, covered, 40, 300.0),
     "coverage of histories": Population(random_history, covered_beyond, 40, 300.0),
+    "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),
     "coverage of coatings": Population(random_layers, covered, 40, 300.0),
     "coverage of bodies that relax": Population(random_relaxing, covered, 40, 300.0),
     "coverage of heat through coatings": Population(random_hot_layers, covered, 40, 300.0),

@@ -227,7 +227,7 @@ def _warnings(solved: SolvedBearing, contacts: Sequence[Result]) -> Iterator[str
     if free:
         force = float(solved.problem.centrifugal(max((kind.motion[0] for kind in solved.balls if not kind.loaded), key=abs)))
         outer = f": {force:.3g} N press them against the outer one" if force and solved.problem.rolls else ""
-        yield (f"the inner ring does not touch ball {', '.join(sorted(free, key=int))}{outer}; the result has no contacts "
+        yield (f"the inner ring hardly touches ball {', '.join(sorted(free, key=int))}{outer}; the result has no contacts "
                "of it")
     seen: dict[str, str] = {}
     for contact in contacts:

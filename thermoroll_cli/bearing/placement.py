@@ -64,7 +64,9 @@ def place(
     on_balls = on_balls + np.stack([nothing, centrifugal], -1)
     unloaded = np.array([0.0, problem.groove_distance * math.cos(problem.contact_angle) + problem.widening * arm])
     largest = max(float(np.abs(given[free]).max()), float(np.abs(on_balls).max()), 1e-9)
-    lengths, scale = np.array(problem.lengths), np.array([1.0, 1.0, 1.0, arm, arm])
+    # A warm inner ring grows with its groove.
+    grown = problem.widening * problem.conformity[0] * problem.ball_diameter
+    lengths, scale = np.array(problem.lengths) + np.array([grown, 0.0]), np.array([1.0, 1.0, 1.0, arm, arm])
     if start is None:
         ring, centre = _start(problem, given, float(largest))
     else:

@@ -20,13 +20,14 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.bearing.bearing_problem import AXIAL, RINGS, BearingProblem, RingName
 from thermoroll_cli.bearing.placement import Placement, place
 from thermoroll_cli.problem.curved_patch import CurvedPatch
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
-BALANCED = 2e-4
+BALANCED = 2e-5
 """Forces and moments over half of the diameter that are left of a ball's balance, over the friction limit of its contacts."""
 SETTLED = 5e-4
 """Change of the friction that pushes a ball axially and outwards from round to round, over the same."""
@@ -37,6 +38,10 @@ DIFFERENCE = 0.04
 """Change of a creepage by which slopes are found, over that at which a contact slides."""
 ROUGH_GRID = 40
 """Elements per side of the contacts at most until all is nearly in balance."""
+APART = 0.1
+"""Part of the estimated errors of forces by which those of both contacts of a ball differ."""
+LIGHT = 1e-4
+"""Load of a ball over the largest of all below which it counts as free: it rolls as others carry it along."""
 ALIKE = 1e-9
 """Relative difference of loads and angles of balls that are solved as one."""
 
@@ -45,7 +50,8 @@ ALIKE = 1e-9
 class Ball:
     """Balls with the same loads and angles, by their numbers from 0, `members`.
 
-    - `motion`: as of `BearingProblem.slip`; what is `left` of its balance, over the friction limit;
+    - `motion`: as of `BearingProblem.slip`; what is `left` of its balance, over the friction limit; whether it is `loaded` by
+      both rings;
     - for each ring the `result` of its contact, its `force` (N) and `moment` (N m) on the ball about its centre, the
       `creepages`, and the `slopes` of the force along e_t and the moments over D/2, over μW, with the creepages, over those at
       which the contact slides;
@@ -63,14 +69,10 @@ class Ball:
     slopes: dict[RingName, Array] = field(default_factory=dict)
     solvers: dict[RingName, Solver] = field(default_factory=dict)
     left: float = math.inf
+    loaded: bool = False
     passed_on: dict[RingName, tuple[float, float, float]] = field(default_factory=dict)
     creepage_errors: dict[RingName, Array] = field(default_factory=dict)
     cage_error: float = math.nan
-
-    @property
-    def loaded(self) -> bool:
-        """Whether both rings touch the ball."""
-        return bool(self.loads.min() > 0.0)
 
 
 @dataclass
@@ -110,11 +112,15 @@ class BearingSearch:
         whole = contact if self.problem.rolls else replace(
             contact, friction=replace(contact.friction, coefficient=0.0, law=None), motion=Motion(1.0, differential_slip=False),
             heating=replace(contact.heating, heat=False, deformation=False))
-        for ball in (ball for ball in self.balls if ball.loaded):
+        for ball in self.balls:
+            if not ball.loaded:
+                ball.result = {}
+                continue
             # From nothing, so that it is the result of the same contact alone.
             ball.solvers = {}
             self._solve(ball, whole)
             if self.problem.balances and ball.slopes:
+                ball.left = self._left(ball)
                 self._pass_on_errors(ball)
         return SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
                              self.solves)
@@ -127,9 +133,9 @@ class BearingSearch:
         rough = replace(
             contact, numerics=Numerics((min(grid[0], ROUGH_GRID), min(grid[1], ROUGH_GRID)), None, contact.numerics.extent),
             heating=contact.heating if contact.friction_varies else replace(contact.heating, heat=False, deformation=False))
-        stages = [] if rough == contact else [(rough, BALANCED)]
+        stages = [] if rough == contact else [(rough, 10.0 * BALANCED)]
         if contact.friction.law is not None:
-            stages.insert(0, (replace(rough, friction=replace(contact.friction, law=None)), 10.0 * BALANCED))
+            stages.insert(0, (replace(rough, friction=replace(contact.friction, law=None)), 50.0 * BALANCED))
         return [*stages, (contact, BALANCED)]
 
     # --- places --------------------------------------------------------------------------------------------------------
@@ -174,6 +180,7 @@ class BearingSearch:
 
     def _put(self, ball: Ball) -> None:
         ball.loads, ball.angles = (of[ball.members[0]] for of in (self.placement.loads, self.placement.angles))
+        ball.loaded = bool(ball.loads.min() > LIGHT * self.placement.loads.max())
 
     # --- tractions -----------------------------------------------------------------------------------------------------
 
@@ -190,7 +197,12 @@ class BearingSearch:
             self.solves += 1
 
     def _learn(self, ball: Ball, ring: RingName, problem: Problem) -> None:
-        result = ball.solvers.setdefault(ring, Solver(self.threads)).solve(problem)
+        try:
+            result = ball.solvers.setdefault(ring, Solver(self.threads)).solve(problem)
+        except Unsolvable as cause:
+            name = f"the {ring} contact of ball {ball.members[0] + 1}, of {problem.normal_force:.4g} N"
+            raise Unsolvable(f"{name}, cannot be solved: {cause}", "bearing.load",
+                             'other loads, or patches = "plane" in [bearing]') from None
         k = RINGS.index(ring)
         force, moment = tractions_on_ball(self.problem, ring, float(ball.angles[k]), result)
         ball.result[ring], ball.force[ring], ball.moment[ring] = result, force, moment
@@ -226,16 +238,21 @@ class BearingSearch:
         return total
 
     def _pass_on_errors(self, ball: Ball) -> None:
-        """Errors of motion and loads by those of the forces of both contacts, and by what is left of the balance: these are
-        independent of each other, and what follows from them adds by its squares."""
-        errors, friction, half = np.zeros((7, 4)), self.problem.contact.friction.coefficient, 0.5 * self.problem.ball_diameter
+        """Errors of motion and loads by those of the forces of both contacts, and by what is left of the balance.
+
+        Both contacts have much the same grid, and most of what their forces miss is a like share of each, which leaves the
+        balance as it is; the rest, `APART` of the estimates, is independent. What follows adds by its squares."""
+        errors, friction, half = np.zeros((10, 4)), self.problem.contact.friction.coefficient, 0.5 * self.problem.ball_diameter
         parts: dict[RingName, Array] = {}
         for k, ring in enumerate(RINGS):
             normal, e_x, e_y = self.problem.frame(ring, float(ball.angles[k]))
             # Force along and across, and the moment about the normal over D/2, in the conditions of the balance.
             parts[ring] = np.array([[e_x[2], *e_y], [0.0, *-e_x], [0.0, *normal]])
             own = np.nan_to_num([ball.result[ring].uncertainty[name] for name in ("force_x_N", "force_y_N", "spin_moment_Nmm")])
-            errors[3 * k : 3 * k + 3] = (own * [1.0, 1.0, 1e-3 / half])[:, None] * parts[ring]
+            own *= [1.0, 1.0, 1e-3 / half]
+            errors[3 * k : 3 * k + 3] = APART * own[:, None] * parts[ring]
+            signs = np.sign([ball.result[ring][name] for name in ("force_x_N", "force_y_N", "spin_moment_Nmm")])
+            errors[7:] += (signs * own)[:, None] * parts[ring]
         errors[6] = ball.left * self.limit(ball) * 0.5
         by_motion = -np.linalg.pinv(self.jacobian(ball), rcond=1e-10) @ errors.T
         ball.cage_error = float(np.linalg.norm(by_motion[0]))
@@ -286,9 +303,13 @@ class BearingSearch:
         step = np.zeros(4)
         step[unknown] = np.linalg.lstsq(self.jacobian(ball)[unknown, unknown], -self.rest(ball)[unknown], rcond=1e-10)[0]
         change = 0.0
-        for ring in RINGS:
+        for k, ring in enumerate(RINGS):
             moved = self._by_motion(ball, ring) @ step
-            change = max(change, float(np.abs(moved / (2.0 * self.saturation(ball, ring))).max()))
+            before, after = (self.problem.slip(ring, float(ball.angles[k]), motion)[0]
+                             for motion in (ball.motion, ball.motion + step))
+            # Surfaces go on flowing the same way.
+            change = max(change, float(np.abs(moved / (2.0 * self.saturation(ball, ring))).max()),
+                         2.0 * (1.0 - after / before) * LONGEST)
         share = min(1.0, LONGEST / max(change, 1e-300))
         return share * step, share
 
@@ -343,17 +364,20 @@ class BearingSearch:
             moved = self._friction_moved()
             unbalanced = self._common_speed() if self.problem.common_cage else 0.0
             self.report("bearing", {"iteration": self.rounds, "residual": moved})
+            worst = max(loaded, key=lambda ball: ball.left)
+            # Places follow the friction once more only if it has changed: tractions are in balance at the places as they are.
+            if moved <= SETTLED and unbalanced <= SETTLED and worst.left <= tolerance:
+                return ""
+            if worst.left > wanted and moved <= SETTLED:
+                break
             self.placement = self._placed()
             if self.placement.reason:
                 return self.placement.reason
             for ball in self.balls:
                 self._put(ball)
-            loaded = [ball for ball in loaded if ball.loaded] or loaded[:1]
-            worst = max(loaded, key=lambda ball: ball.left)
-            if moved <= SETTLED and unbalanced <= SETTLED and worst.left <= tolerance:
-                return ""
-            if worst.left > wanted and moved <= SETTLED:
-                break
+            loaded = [ball for ball in self.balls if ball.loaded]
+            if not loaded:
+                return "no ball touches both rings"
         if worst.left > tolerance:
             return self._without_axis(worst)
         return f"the friction of the balls did not settle: it still changes by {moved:.1e} of its limit from round to round"
