@@ -86,7 +86,7 @@ def read_sweep(path: pathlib.Path) -> SweepColumns:
 def _read_csv(path: pathlib.Path) -> SweepColumns:
     with open(path, encoding="utf-8", newline="") as stream:
         header, *rows = list(csv.reader(stream))
-    if header[:2] == ["side", "number"]:  # the exported patches of a wheelset
+    if header[:2] in (["side", "number"], ["ball", "ring"]):  # the exported contacts of an assembly
         raise ValueError
     columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
     keys = tuple(header[: header.index("status")])

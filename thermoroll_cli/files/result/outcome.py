@@ -37,6 +37,7 @@ from thermoroll_cli.problem.names import (
 )
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Subsurface
+from thermoroll_cli.problem.scalar_errors import contact_name
 
 KIND = "result"
 BODY_PARTS = {
@@ -182,7 +183,8 @@ def _result(tree: Node) -> Result:
     plain = {name: _reader(kind).validate_json(str(tree.attributes[name])) if name in tree.attributes else kind()
              for name, kind in PLAIN.items()}
     patches = plain.pop("patches")
-    if (assembly and patches) or any({"side", "number", "uncertainty"} - set(each.record) for each in contacts.values()):
+    if (assembly and patches) or any(
+            "uncertainty" not in each.record or not contact_name(each.record) for each in contacts.values()):
         raise ValueError("its patches are not those of an assembly")
     if bodies and "pressure" not in coupled.fields:
         raise ValueError("it has stresses without the pressure that causes them")
