@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.history.course import VARIED, History
@@ -15,6 +16,7 @@ from thermoroll_cli.history.steps import Moment, Steps
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.result import HistoryColumns, Result
+from thermoroll_cli.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.steady_state.scalars import patches_of, problem_scalars
@@ -22,9 +24,9 @@ from thermoroll_cli.steady_state.solvable import reasons_against
 
 COARSEST = 8
 """Elements per side of a coarser grid that gives error estimates."""
-SMOOTH, JUMPING = 0.5, 1.0
+SHARE = 1.0
 """Error over the difference from the coarser grid and twice the step: 1/3 for errors of second order, 1 for those of first
-order, which jumps have."""
+order, which jumps and kinks of inputs have."""
 
 
 class HistorySolver:
@@ -38,24 +40,36 @@ class HistorySolver:
         _check(history)
         rows, shape = history.course.rows, history.problem.numerics.grid
         assert shape is not None
-        moments = list(self._moments(history, rows, shape, report))
-        coarser: list[Moment] = []
         few = np.unique([*rows[::2], rows[-1]])
+        runs = [(shape, rows)]
         if min(shape) >= 2 * COARSEST:
-            coarser = list(self._moments(history, few, ((shape[0] + 1) // 2, (shape[1] + 1) // 2), report))
+            runs.append((((shape[0] + 1) // 2, (shape[1] + 1) // 2), few))
+        extent, warnings = max(history.problem.numerics.extent, SMALLEST_EXTENT), list[str]()
+        while True:
+            found = [self._moments(history, places, grid, extent, report) for grid, places in runs]
+            if extent > LARGEST_EXTENT or not any(moments[-1].state.touches_rim for moments in found):
+                break
+            extent *= GROWTH
+            warnings = [f"the contact reached the rim of the domain: extent grown to {extent:g}"]
+        moments, coarser = found[0], found[1] if len(found) > 1 else []
         columns = {name: np.array([moment.reported.scalars[name] for moment in moments])
                    for name in moments[0].reported.scalars}
-        errors = _errors(history, rows, columns, few, coarser)
-        return _result(history, moments, columns, errors)
+        return replace(_result(history, moments, columns, _errors(rows, columns, few, coarser)), warnings=tuple(warnings))
 
     def _moments(
-        self, history: History, rows: Array, shape: tuple[int, int], report: Callable[[str, Mapping[str, Any]], None] | None
-    ) -> Iterator[Moment]:
-        for moment in Steps(history, shape, self._options, self._threads).moments(rows):
+        self, history: History, rows: Array, shape: tuple[int, int], extent: float,
+        report: Callable[[str, Mapping[str, Any]], None] | None,
+    ) -> list[Moment]:
+        """The states at `rows`, up to one that touches the rim of a domain that may grow."""
+        moments: list[Moment] = []
+        for moment in Steps(history, shape, self._options, self._threads, extent).moments(rows):
+            moments.append(moment)
             if report is not None:
                 report("tangential", {"grid": list(shape), "applications": moment.applications,
                                       "residual": moment.state.contact.tangential.residual})
-            yield moment
+            if moment.state.touches_rim and extent <= LARGEST_EXTENT:
+                break
+        return moments
 
 
 def _check(history: History) -> None:
@@ -69,18 +83,18 @@ def _check(history: History) -> None:
 
 
 def _errors(
-    history: History, rows: Array, columns: Mapping[str, Array], few: Array, coarser: Sequence[Moment]
+    rows: Array, columns: Mapping[str, Array], few: Array, coarser: Sequence[Moment]
 ) -> dict[str, Array]:
-    """Estimated errors of the columns at all `rows`, from the same history on a coarser grid and on every second row.
-    Differences change their signs: an error is no less than the mean over all rows."""
-    share, found = JUMPING if history.course.jumps else SMOOTH, {}
+    """Estimated errors of the columns at all `rows`, from the same history on a coarser grid and the `few` rows of twice the
+    steps. Differences change their signs: an error is no less than that of the rows beside it, and than the mean of all."""
+    found: dict[str, Array] = {}
     both = np.searchsorted(rows, few)
     for name, column in columns.items() if coarser else ():
         difference = np.abs(column[both] - np.array([moment.reported.scalars[name] for moment in coarser]))
         known = ~np.isnan(difference)
         if known.any() and difference[known].any():
-            between = np.interp(rows, few[known], difference[known])
-            error = share * np.maximum(between, difference[known].mean())
+            beside = maximum_filter1d(difference[known], 3)
+            error = SHARE * np.maximum(np.interp(rows, few[known], beside), np.sqrt((difference[known] ** 2).mean()))
             found[name] = np.where(np.isnan(column), math.nan, error)
     return found
 

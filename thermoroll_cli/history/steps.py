@@ -75,14 +75,16 @@ class _Reached:
 
 
 class Steps:
-    """A history on a grid of `shape` elements over the contact of its largest load."""
+    """A history on a grid of `shape` elements over `extent` half-lengths of the contact of its largest load (None: that of the
+    problem)."""
 
     def __init__(
-        self, history: History, shape: tuple[int, int], options: SolverOptions | None = None, threads: int = 1
+        self, history: History, shape: tuple[int, int], options: SolverOptions | None = None, threads: int = 1,
+        extent: float | None = None,
     ) -> None:
         self.history, self._options = history, options or SolverOptions()
         derived = DerivedQuantities(history.largest)
-        self._base = Discretisation(derived, shape, derived.problem.numerics.extent, threads, self._options)
+        self._base = Discretisation(derived, shape, extent or derived.problem.numerics.extent, threads, self._options)
         self._mirror = DerivedQuantities(history.most).kinematics.mirror_on(shape[1], heated=False)
 
     def moments(self, rows: Array) -> Iterator[Moment]:
