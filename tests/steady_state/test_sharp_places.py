@@ -75,6 +75,14 @@ def test_a_patch_of_three_elements_is_said():
     assert math.isnan(relative(result)["pressure_max_MPa"])
 
 
+def test_many_small_patches_are_one_warning():
+    """Ridges as of a noisy profile, each one or two elements wide."""
+    ridges = points(lambda y: -(np.round(y) ** 2 / 4000.0 + (y - np.round(y)) ** 2 / 0.5), -4.0, 4.0, 1601)
+    result = solve(rolling(grid=32, geometry=below(ridges, 0.02), load=300.0))
+    few = [warning for warning in result.warnings if "too few for its largest pressure (" in warning]
+    assert len(result.patches) > 3 and len(few) == 1 and "such places)" in few[0]
+
+
 @pytest.mark.parametrize("grid", [32, 48, 64])
 def test_the_largest_pressure_is_never_below_that_of_a_patch(grid):
     """Crowns of 20 and 1 mm side by side: the second is one to three elements wide."""

@@ -8,8 +8,9 @@ by as much within an element if its last part is narrower; its pressure is bound
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -79,13 +80,14 @@ def _narrow(
     grid, free = discretisation.grid, discretisation.derived.scales.ends
     line = pressure.max(axis=0)
     peak = float(line.max())
+    few: list[tuple[int, str, int, float]] = []
+    parted: list[tuple[float, float]] = []
     for columns in patches_across(pressure):
         rows = int(np.count_nonzero(pressure[:, columns].max(axis=1) > 0.0))
         if min(len(columns), rows) < NARROWEST:
             if float(line[columns].max()) > 0.5 * peak:
-                few, way, of = min((len(columns), "wide", grid.ny), (rows, "long", grid.nx))
-                yield (f"the patch at y = {1e3 * grid.y[columns].mean():.4g} mm is {few} elements {way}, too few for "
-                       f"its largest pressure: set numerics.grid = {2 * NARROWEST * of // few} or more")
+                y = 1e3 * float(grid.y[columns].mean())
+                few.append((*min((len(columns), "wide", grid.ny), (rows, "long", grid.nx)), y))
             continue
         kept = columns[BORDER:-BORDER]
         # A peak at an end lies within an eighth of the patch, and within elements that do not show it.
@@ -101,8 +103,19 @@ def _narrow(
             # A pressure whose maximum lies away from the end has no peak there.
             if abs(last - top) > reach or rise <= GROWTH * peak or inner + rise <= peak:
                 continue
-            yield (f"the surfaces part within an element at y = {1e3 * border:.4g} mm: the pressure there may exceed the "
-                   f"largest one of this grid, which has no error estimate; try numerics.grid = {2 * grid.ny}")
+            parted.append((rise, 1e3 * border))
+    # The rough lobes of a measured profile are many: the worst one of a kind is named.
+    if few:
+        count, way, of, y = min(few)
+        yield (f"the patch at y = {y:.4g} mm is {count} elements {way}, too few for its largest pressure{_more(few)}: set "
+               f"numerics.grid = {2 * NARROWEST * of // count} or more")
+    if parted:
+        yield (f"the surfaces part within an element at y = {max(parted)[1]:.4g} mm{_more(parted)}: the pressure there may "
+               f"exceed the largest one of this grid, which has no error estimate; try numerics.grid = {2 * grid.ny}")
+
+
+def _more(places: Sequence[Any]) -> str:
+    return f" ({len(places)} such places)" if len(places) > 1 else ""
 
 
 def _turn(geometry: ContactGeometry, border: float, size: float, side: float) -> float:
