@@ -148,10 +148,11 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
     }  # fmt: skip
     scalars = {name: float(value) for name, value in scalars.items()}
     load = max((of[0] for ball in solved.balls for of in ball.passed_on.values()), default=0.0)
-    sunk = float((problem.unit_approaches(placement.angles) * placement.loads ** (2.0 / 3.0)).sum(axis=1).max())
-    errors = {"axial_displacement_um": 1e6 * load * sunk, "radial_displacement_um": 1e6 * load * sunk,
-              "radial_displacement_across_um": 1e6 * load * sunk, "tilt_mrad": 1e3 * load * sunk / problem.arm,
-              "tilt_across_mrad": 1e3 * load * sunk / problem.arm}
+    # Errors of the friction that pushes the balls are loads on the ring.
+    pushed = load * float(placement.loads[:, 0].sum())
+    axial, radial = (pushed / scalars[f"{way}_stiffness_N_um"] for way in ("axial", "radial"))
+    errors = {"axial_displacement_um": axial, "radial_displacement_um": radial, "radial_displacement_across_um": radial,
+              "tilt_mrad": 1e-3 * axial / problem.arm, "tilt_across_mrad": 1e-3 * axial / problem.arm}
     errors |= {name: load * abs(scalars[name]) for name in ("axial_stiffness_N_um", "radial_stiffness_N_um")}
     errors["life_L10r_Mrev"] = 3.0 * load * scalars["life_L10r_Mrev"]
     if problem.axial_displacement is not None:

@@ -337,7 +337,7 @@ class WearTable(Table):
     step_um: float = quantity("Largest worn depth of a step, of wheelsets", 20.0, ge=1e-6, le=1e6)
     smoothing_mm: float = quantity("Wavelength across of which smoothing leaves half of a step's wear, of wheelsets; "
                                    "0: none", 5.0, ge=0, le=1e3)  # fmt: skip
-    density_kg_m3: float = quantity("Density, for the worn mass of wheelsets", 7850.0, ge=1, le=1e5)
+    density_kg_m3: float = quantity("Density, for worn masses, of bodies whose material has none", 7850.0, ge=1, le=1e5)
     step_fraction: float = quantity("Largest worn depth of a step over the approach", 0.1, ge=1e-4, le=1)
     snapshots: int = quantity("Profiles that are kept, evenly over the distance or the depth", 20, ge=1, le=1000)
 

@@ -106,7 +106,7 @@ def evolution(problem: Problem, start: ContactState | None = None, *, threads: i
         worn, state = _followed(problem, state)
         return _solved(problem, state, solver.solve(worn))
 
-    return steps_of(wear, start or _unworn(problem, solver), solved, lambda state: _columns(wear, state))
+    return steps_of(wear, start or _unworn(problem, solver), solved, lambda state: _columns(problem, wear, state))
 
 
 def _solved(problem: Problem, state: ContactState, result: Result) -> ContactState:
@@ -190,13 +190,14 @@ def _longest(wear: Wear, state: ContactState, result: Result) -> float:
     return float(min(stable / steepest, depth / float(rates.max())))
 
 
-def _columns(wear: Wear, state: ContactState) -> Columns:
+def _columns(problem: Problem, wear: Wear, state: ContactState) -> Columns:
     """Passages and what is worn off each body; the volume is what this contact has worn off."""
     found: Columns = {}
     for body, worn in wear.bodies.items():
         if math.isfinite(worn.track_length):
             found[f"cycles_{body}"] = state.distance / worn.track_length, None
-        found |= state.wear_columns(body, wear.density, worn.track_length)
+        density = (problem.lower if body == "lower" else problem.upper).density or wear.density
+        found |= state.wear_columns(body, density, worn.track_length)
     return found
 
 

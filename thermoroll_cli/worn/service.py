@@ -250,10 +250,11 @@ def _columns(problem: WheelsetProblem, wear: Wear, state: WearState, outlines: O
     for name, outline in outlines.items():
         body, _, side = name.partition("_")
         if body == "rail":
-            columns |= state.wear_columns(name, wear.density, None)
+            columns |= state.wear_columns(name, problem.contact.lower.density or wear.density, None)
             continue
         wheel = problem.wheels["left" if side == "left" else "right"]
-        columns |= state.wear_columns(name, wear.density, 2.0 * math.pi * wheel.radius)
+        density = problem.contact.upper.density or wear.density
+        columns |= state.wear_columns(name, density, 2.0 * math.pi * wheel.radius)
         sizes = flange(outline.worn, wheel.flange_back)
         columns |= {f"flange_{size}_{side}_mm": (1e3 * value, None)
                     for size, value in zip(("height", "thickness", "qR"), sizes, strict=True)}
