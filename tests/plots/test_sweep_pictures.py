@@ -88,7 +88,7 @@ def test_a_share_has_no_band_outside_zero_and_one() -> None:
 
 
 def test_the_key_with_most_values_is_the_axis(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
-    """Curves are those of the other keys, in the order of their numbers."""
+    """Curves are those of the other keys, in the order in which they are given."""
     columns = table()
     columns["load.normal_N"] = [2.0, 1.0] * 4
     orders: list[list[str]] = []
@@ -100,8 +100,8 @@ def test_the_key_with_most_values_is_the_axis(monkeypatch: pytest.MonkeyPatch, t
     monkeypatch.setattr(table_picture, "sweep_figure", noted)
     assert draw_table(SweepColumns(columns, (*OVER, "load.normal_N"), listed=False), tmp_path / "a.png", dpi=30) == ""
     assert orders == [["rolling.speed_m_s", "geometry.lower_radius_y_mm", "load.normal_N"]]
-    assert legend(drawn(columns, orders[0]))[:2] == ["lower radius y = 15 mm, normal load = 1 N",
-                                                     "lower radius y = 15 mm, normal load = 2 N"]
+    assert legend(drawn(columns, orders[0]))[:2] == ["lower radius y = 15 mm, normal load = 2 N",
+                                                     "lower radius y = 15 mm, normal load = 1 N"]
 
 
 def test_a_given_force_has_no_diagram_but_the_creepage_that_it_needs() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import json
 import os
 import shutil
 import sys
 import traceback
+import unicodedata
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import Any, TextIO
@@ -33,12 +35,24 @@ class ClosedOutput(BaseException):
     """Standard output was closed by its reader."""
 
 
+PLAIN = {"±": "+-", "×": "x", "µ": "u", "−": "-", "–": "-", "→": "->", "“": '"', "”": '"'}
+"""Letters for terminals that have only those of ASCII; others by what Unicode says is the same."""
+
+
+def _in_plain_letters(fault: UnicodeError) -> tuple[str, int]:
+    assert isinstance(fault, UnicodeEncodeError)
+    lacking = fault.object[fault.start : fault.end]
+    known = "".join(PLAIN.get(letter) or unicodedata.normalize("NFKD", letter) for letter in lacking)
+    return known.encode("ascii", "replace").decode(), fault.end
+
+
 def prepare() -> None:
     """Let no character that the terminal's encoding lacks stop the program."""
+    codecs.register_error("thermoroll", _in_plain_letters)
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
-            reconfigure(errors="replace")
+            reconfigure(errors="thermoroll")
 
 
 def write(*lines: str) -> None:
@@ -121,7 +135,10 @@ def in_colour(lines: Sequence[str], colour: int) -> list[str]:
 
 
 def write_json(content: Mapping[str, Any]) -> None:
-    """Write `content` to standard output as one line of strict JSON; nan and infinity become null."""
+    """Write `content` to standard output as one line of strict JSON; nan and infinity become null. Raises as `write`, and OSError
+    where the program was started with standard output closed: who asks for JSON wants it."""
+    if sys.stdout is None:
+        raise OSError("cannot write to standard output: it is closed")
     text = json.dumps(content, default=_plain)
     write(json.dumps(json.loads(text, parse_constant=lambda name: None), allow_nan=False))
 

@@ -126,10 +126,9 @@ def _is_grid(table: Numbers, over: Sequence[str]) -> bool:
 
 
 def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.bool_]) -> Iterator[Line]:
-    """A line for each combination of the further quantities, in the order of their numbers."""
+    """A line for each combination of the further quantities, in the order in which they are given."""
     keys = [tuple(table[name][row] for name in over[1:]) for row in range(x.size)]
-    numeric = all(isinstance(value, int | float) for key in keys for value in key)
-    distinct = sorted(set(keys)) if numeric else list(dict.fromkeys(keys))
+    distinct = list(dict.fromkeys(keys))
     for key, colour in zip(distinct, _colours(len(distinct)), strict=True):
         own = np.array([other == key for other in keys]) & np.isfinite(x)
         rows = np.flatnonzero(own & ~failed)

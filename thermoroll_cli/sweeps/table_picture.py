@@ -12,7 +12,7 @@ from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.sweeps.measured import Measured
 from thermoroll_cli.sweeps.table import CONVERGED, SweepColumns
 
-MOST_DRAWN = 1000
+MOST_DRAWN = 20_000
 """Points of which a picture still shows something."""
 
 
