@@ -20,6 +20,7 @@ import statistics
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -39,9 +40,15 @@ from scripts.benchmark.cases import (
     references,
     seconds,
 )
+from scripts.stress.random_contacts import random_contact
+from thermoroll_cli.problem.problem import Numerics
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 
+ASKED_SEEDS = range(100, 120)
+ASKED_ACCURACIES = (1e-2, 1e-3, 1e-4)
+ASKED_GROUPS = ("forces", "heat", "temperatures", "stresses", "shares")
 GRIDS = (16, 32, 64, 128, 256)
 PROCESS_GRIDS = (64, 128, 256, 512, 1024)
 TAKEN_AWAY_CASES = ("article_4_1_mechanical", "article_3_1_case_5")
@@ -85,6 +92,23 @@ def frictionless(runs: int, peers: str) -> list[dict[str, Any]]:
             for grid in FRICTIONLESS_GRIDS for name in ("thermoroll", "thermoroll-flat", "tamaas", "ContactMechanics")]
 
 
+def asked() -> list[dict[str, Any]]:
+    """What each group of scalars costs alone: a row per accuracy and group over the same contacts, each solved once."""
+    out = []
+    problems = [random_contact(seed) for seed in ASKED_SEEDS]
+    for wanted in ASKED_ACCURACIES:
+        for group in ("", *ASKED_GROUPS):
+            names = (group,) if group else ()
+            solved = [replace(one, numerics=Numerics(accuracy=wanted, accuracy_of=names)) for one in problems
+                      if one.heating.heat or group != "temperatures"]
+            results: list[Result] = []
+            work = [partial(lambda problem, found: found.append(solve(problem)), problem, results) for problem in solved]
+            times = [seconds(each) for each in work]
+            out.append({"accuracy": wanted, "asked": group or "everything", "median": statistics.median(times),
+                        "total": sum(times), "reached": sum(result.converged for result in results), "contacts": len(results)})
+    return out
+
+
 def processes(runs: int) -> list[dict[str, Any]]:
     """Processor seconds and peak memory of whole processes, in turn."""
     program = str(pathlib.Path(sys.executable).parent / "thermoroll")
@@ -118,7 +142,7 @@ def main() -> None:
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # one core for everything that is compared
     parts: dict[str, Callable[[], Any]] = {
         "accuracy": lambda: accuracy(runs), "taken_away": lambda: taken_away(runs), "rows": lambda: rows.measure(runs),
-        "processes": lambda: processes(runs),
+        "processes": lambda: processes(runs), "asked": asked,
     }
     if options.contact:
         parts["contact"] = lambda: contact.against_contact(options.contact, runs)

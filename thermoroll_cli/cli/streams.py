@@ -135,8 +135,8 @@ def in_colour(lines: Sequence[str], colour: int) -> list[str]:
 
 
 def write_json(content: Mapping[str, Any]) -> None:
-    """Write `content` to standard output as one line of strict JSON; nan and infinity become null. Raises as `write`, and OSError
-    where the program was started with standard output closed: who asks for JSON wants it."""
+    """Write `content` to standard output as one line of strict JSON; nan and infinity become null. Raises as `write`,
+    and OSError where the program was started with standard output closed: who asks for JSON wants it."""
     if sys.stdout is None:
         raise OSError("cannot write to standard output: it is closed")
     text = json.dumps(content, default=_plain)
