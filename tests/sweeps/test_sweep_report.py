@@ -105,14 +105,18 @@ def test_headers_break_where_words_end() -> None:
     assert wrapped("gamma_c", 20) == ["gamma_c"]
 
 
-def test_files_of_another_sweep_are_told_and_left(case: Path, tmp_path: Path) -> None:
+def test_files_that_a_smaller_sweep_leaves_over_are_removed_and_those_of_others_are_told(case: Path, tmp_path: Path) -> None:
     over = ("--over", "creepage.longitudinal=1e-3,2e-3,3e-3")
     first = call("sweep", case, *over, "-o", "out", cwd=tmp_path)
     assert "another sweep" not in first.stderr and "earlier run" not in first.stderr
+    (tmp_path / "out" / "spheres_0007.h5").write_bytes(b"of somebody else")
+    resumed = call("sweep", case, "--over", "creepage.longitudinal=1e-3", "-o", "out", "--no-plots", "--resume", cwd=tmp_path)
+    assert "3 files of another sweep, not touched, not in sweep.csv: spheres_0002.h5 … spheres_0007.h5" in resumed.stderr
     done = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", cwd=tmp_path)
-    assert "out has 2 files of another sweep, spheres_0002.h5 … spheres_0003.h5: not touched, and not in" in done.stderr
+    assert "out: 2 files of the sweep before, removed: spheres_0002.h5 … spheres_0003.h5" in done.stderr
+    assert "out: 1 file of another sweep, not touched, not in sweep.csv: spheres_0007.h5" in done.stderr
     assert "left from an earlier run, not updated: out/sweep.png" in done.stderr
-    assert len(list((tmp_path / "out").glob("*.h5"))) == 3
+    assert sorted(path.name for path in (tmp_path / "out").glob("*.h5")) == ["spheres_0001.h5", "spheres_0007.h5"]
     quiet = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", "-q", cwd=tmp_path)
     assert quiet.stderr == ""
 

@@ -166,7 +166,6 @@ class Sweep:
             if finished:
                 note(f"{len(finished)} of {self.points.count} points are finished already")
             rows = Rows(self.points, self._keys, journal, self.folder)
-            self._note_unlisted(finished, note)
             for key in finished:
                 report(rows.row(numbers[key]), False)
             written, wait = time.monotonic(), SECONDS_BETWEEN_TABLES
@@ -186,6 +185,7 @@ class Sweep:
                         self._write(rows)
                 raise
             self._write(rows)
+            self._clear(rows, journal.replaced(), note)
             return rows
 
     def _write(self, rows: Rows) -> None:
@@ -232,17 +232,22 @@ class Sweep:
             if pending:
                 yield Batch(self.points, numbers, tuple(pending), self.command_line, self.threads)
 
-    def _note_unlisted(self, finished: dict[str, str], note: Callable[[str], None]) -> None:
-        """Files called like points of this sweep that none of its points will have: left by an earlier, larger sweep."""
+    def _clear(self, rows: Rows, replaced: set[str], note: Callable[[str], None]) -> None:
+        """Remove the files that the sweep before this one, whose table is `replaced`, had for further points of this case; tell
+        of others that are called like points of this one."""
         if self.scalars_only:
             return
-        names = {f"{self.points.name(number)}.h5" for number in range(1, self.points.count + 1)} | set(finished.values())
+        names = {row.file.name for row in rows if row.file is not None}
         numbered = self.folder.glob(f"{glob.escape(self.points.stem)}_[0-9][0-9][0-9][0-9]*.h5")
-        unlisted = sorted(path.name for path in numbered if path.name not in names)
-        if unlisted:
-            which = unlisted[0] + (f" … {unlisted[-1]}" if len(unlisted) > 1 else "")
-            count = f"{len(unlisted)} file{'s' if len(unlisted) > 1 else ''}"
-            note(f"{self.folder} has {count} of another sweep, {which}: not touched, and not in {TABLE_NAME}")
+        unlisted = sorted(path for path in numbered if path.name not in names)
+        stale, others = ([path for path in unlisted if (path.name in replaced) is own] for own in (True, False))
+        for path in stale:
+            path.unlink(missing_ok=True)
+        for files, what in ((stale, "of the sweep before, removed"),
+                            (others, f"of another sweep, not touched, not in {TABLE_NAME}")):  # fmt: skip
+            if files:
+                which = files[0].name + (f" … {files[-1].name}" if len(files) > 1 else "")
+                note(f"{self.folder}: {len(files)} file{'s' if len(files) > 1 else ''} {what}: {which}")
 
 
 def sweep(

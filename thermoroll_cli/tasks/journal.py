@@ -86,6 +86,15 @@ class Journal(Mapping[str, dict[str, Any]]):
         """Where the last journal is, which this one takes the place of."""
         return self.path.with_name(f"{self.path.name}.bak")
 
+    def replaced(self) -> set[str]:
+        """The names of the files in the records of the journal that this one takes the place of."""
+        names = set[str]()
+        if self._last.exists():
+            for line in self._last.read_bytes().splitlines():
+                with contextlib.suppress(ValueError, KeyError, TypeError):
+                    names.add(str(json.loads(line)["file"]))
+        return names
+
     def update(self) -> list[str]:
         """The keys of the records that have come since the last call, in their order; keys are kept in that of their latest
         records."""
