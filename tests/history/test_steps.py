@@ -118,6 +118,15 @@ def test_a_cycle_of_the_force() -> None:
     assert work[9 * steps] - work[5 * steps] == pytest.approx(exact, rel=0.03)
 
 
+def test_rows_pass_over_no_turning_point_without_rolling() -> None:
+    """The path alone counts: a force that turns back between two rows has reached its largest value."""
+    force = 0.7 * MU * WEIGHT
+    ends = [column(history(ball(16, force=(0.0, None), speed=0.0), (0.0, 1.0, 2.0), {"force.longitudinal_N": (0.0, force, 0.0)},
+                           by_distance=False, begin="pressed", rows=rows), "shift_x_um")[-1]
+            for rows in (np.linspace(0.0, 2.0, 5), np.array([0.0, 0.6, 1.4, 2.0]))]
+    assert ends[0] > 0.0 and ends[1] == pytest.approx(ends[0], rel=1e-3)
+
+
 def test_from_a_shift_to_rolling() -> None:
     """A force that has shifted the bodies drives them when they roll: it ends in steady rolling."""
     force = 0.657 * MU * WEIGHT

@@ -69,6 +69,13 @@ class Course:
         """Places at which inputs jump."""
         return tuple(one for one, other in zip(self.places, self.places[1:], strict=False) if one == other)
 
+    @cached_property
+    def turns(self) -> tuple[float, ...]:
+        """Places at which an input turns back."""
+        changes = [np.diff(values) for values in self.values.values()]
+        back = [i + 1 for i in range(len(self.places) - 2) if any(change[i] * change[i + 1] < 0.0 for change in changes)]
+        return tuple(self.places[i] for i in back)
+
     def at(self, key: str, places: Array, *, after: bool = False) -> Array:
         """Values of `key` in its unit at `places`; at a jump those before it, or `after` it."""
         known, given = np.array(self.places), np.array(self.values[key])
@@ -96,6 +103,12 @@ class History:
     def contact(self) -> Problem:
         """The problem that all steps share."""
         return self.problem
+
+    @property
+    def stops(self) -> tuple[float, ...]:
+        """Places that no step may pass over: jumps, and where nothing rolls turns, since the path alone counts there."""
+        still = SPEED not in self.course.values and self.problem.motion.speed == 0.0
+        return (*self.course.jumps, *(self.course.turns if still else ()))
 
     def problem_at(self, place: float, *, after: bool = False) -> Problem:
         """The problem at one place of the course; at a jump the one before it, or `after` it."""

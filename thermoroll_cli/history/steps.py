@@ -88,9 +88,9 @@ class Steps:
         self._mirror = DerivedQuantities(history.most).kinematics.mirror_on(shape[1], heated=False)
 
     def moments(self, rows: Array) -> Iterator[Moment]:
-        """The states at the places `rows`, with further steps to where inputs jump between them."""
+        """The states at the places `rows`, with further steps to the `stops` between them."""
         course, tolerances = self.history.course, self._options.tolerances
-        stops = np.unique(np.concatenate([rows, [jump for jump in course.jumps if rows[0] < jump < rows[-1]]]))
+        stops = np.unique(np.concatenate([rows, [stop for stop in self.history.stops if rows[0] < stop < rows[-1]]]))
         times, distances = self.history.clock(stops)
         here, state = self._begin(float(rows[0]))
         reached = self._arrived(here, state.contact, float(stops[0]), float(times[0]), float(distances[0]))
