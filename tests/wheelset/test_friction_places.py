@@ -13,6 +13,7 @@ import pytest
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT, case_named
 from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 CONTACT_EXAMPLE = [[-20.0, 0.2], [-10.0, 0.3]]
 
@@ -90,10 +91,29 @@ def test_full_sliding_has_the_coefficient_of_every_place():
     points = [[-4.0, 0.1], [1.0, 0.4]]
     result = profiled({"across": points}, creepage={"longitudinal": 0.1})
     fields, y = result.fields, 1e3 * result.coupled.y
-    expected = np.interp(y, *np.array(points).T) * fields["pressure"]
+    dy = y[1] - y[0]
+    # Elements have the mean of the places in them.
+    coefficient = np.interp(y[:, None] + dy * (np.arange(200) + 0.5 - 100.0) / 200.0, *np.array(points).T).mean(axis=1)
+    expected = coefficient * fields["pressure"]
     np.testing.assert_allclose(np.hypot(fields["shear_x"], fields["shear_y"]), expected, atol=1e-3 * expected.max())
     np.testing.assert_allclose(fields["friction_coefficient"][fields["pressure"] > 0.0],
-                               np.broadcast_to(np.interp(y, *np.array(points).T), expected.shape)[fields["pressure"] > 0.0])
+                               np.broadcast_to(coefficient, expected.shape)[fields["pressure"] > 0.0], rtol=1e-4)
+
+
+@pytest.mark.parametrize("grid", [16, 17])
+@pytest.mark.parametrize("points", [[[-0.01, 0.3], [0.0, 0.6], [0.01, 0.3]], [[-0.01, 0.0], [0.0, 0.6], [0.01, 0.0]],
+                                    [[0.999, 0.3], [1.001, 0.1]]])  # fmt: skip
+def test_friction_that_changes_within_an_element_is_carried_as_it_is(grid, points):
+    """A spike, a stripe and a step in full sliding, on grids with and without a column in the middle: the force is that of lines
+    of rolling whose load falls like a parabola, and is the limit. Peaks beside such places have no error, and a warning says so."""
+    result = profiled({"across": points}, creepage={"longitudinal": 0.1}, numerics={"grid": grid})
+    t = (np.arange(400000) + 0.5) / 200000.0 - 1.0
+    half_width = 1e3 * DerivedQuantities(result.problem).scales.semi_axis_y
+    exact = 8e4 * np.average(np.interp(half_width * t, *np.array(points).T), weights=1.0 - t**2)
+    assert result["friction_limit_N"] == pytest.approx(exact, rel=1e-4)
+    assert result["force_x_N"] == pytest.approx(exact, rel=0.02)
+    assert math.isnan(result.uncertainty["shear_max_MPa"])
+    assert any(warning.startswith("friction changes by") for warning in result.warnings)
 
 
 def test_constant_mirrored_and_split_points_across_change_nothing():
@@ -189,7 +209,8 @@ def test_other_commands_take_friction_of_places(tmp_path):
     table = np.genfromtxt(second.with_suffix(".csv"), delimiter=",", names=True)
     local, y = table["friction_coefficient"], table["y_mm"]
     loaded = table["pressure_MPa"] > 0.0
-    np.testing.assert_allclose(local[loaded], np.interp(y[loaded], [-3.0, 3.0], [0.2, 0.4]), atol=1e-6)
+    # Elements that hold one of the points have a mean of what is on its sides.
+    np.testing.assert_allclose(local[loaded], np.interp(y[loaded], [-3.0, 3.0], [0.2, 0.4]), atol=1e-3)
     worn = call("wear", "case.toml", "--json", *quiet, cwd=tmp_path)
     assert worn.returncode == 0, worn.stderr
     row = json.loads(worn.stdout)

@@ -131,17 +131,29 @@ class Friction:
     across: tuple[tuple[float, float], ...] = ()
 
     def spread(self, y: Array, shares: Array, mean: float) -> Friction:
-        """This friction times `shares` at the places `y` (m), on the scale of their `mean`, or of a hundredth of the largest;
+        """This friction times `shares` at the places `y` (m), on the scale of their `mean`, or of a millionth of the largest;
         constant ones leave nothing across."""
         if np.ptp(shares) == 0.0:
             return replace(self, coefficient=self.coefficient * float(shares[0]), across=())
-        mean = max(mean, 0.01 * float(shares.max()))
+        mean = max(mean, 1e-6 * float(shares.max()))
         relative = (shares / mean).tolist()
         return replace(self, coefficient=self.coefficient * mean, across=tuple(zip(y.tolist(), relative, strict=True)))
 
     def share(self, y: Array) -> Array | float:
         """The share of the coefficient at the places `y` (m) across rolling."""
         return np.interp(y, *np.array(self.across).T) if self.across else 1.0
+
+    def mean_share(self, y: Array, width: float) -> Array | float:
+        """The mean share over strips of the `width` (m) about the places `y` (m): a grid counts also what lies between its
+        points."""
+        if not self.across:
+            return 1.0
+        places, shares = np.array(self.across).T
+        ends = y[:, None] + 0.5 * width * np.array([-1.0, 1.0])
+        nodes = np.union1d(places, ends)
+        values = np.interp(nodes, places, shares)
+        integral = np.append(0.0, np.cumsum(0.5 * np.diff(nodes) * (values[1:] + values[:-1])))
+        return np.asarray(np.diff(np.interp(ends, nodes, integral))[:, 0] / width)
 
     @property
     def symmetric(self) -> bool:

@@ -1,4 +1,5 @@
-"""Places at which the surfaces turn within an element: kinks, the last part of a crown, patches of a few elements.
+"""Places at which the surfaces turn within an element: kinks, the last part of a crown, patches of a few elements; and those at
+which friction changes within one.
 
 A turn by the angle Δ inside a contact raises the pressure by E*Δ/(2π) times the logarithm of the distance to it (a blunt wedge;
 Johnson, Contact Mechanics, 5.2), so at a kink it has no bound, and each doubling of the grid adds E*Δ ln 2/(2π). A crown turns
@@ -17,12 +18,16 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import patches_across
 from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import ContactGeometry
 from thermoroll_cli.problem.names import of_kind
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 PEAKS = of_kind("peak", "peak flux", "peak pressure", "relative peak pressure")
 """Scalars that such places decide."""
+RUBBED, STEP = of_kind("peak", "peak flux"), 0.1
+"""Scalars that a step of friction decides, and its size over the largest friction of the contact from which it does: tractions
+next to it depend on where in its element it lies, and those of a narrow stripe are averaged over the element."""
 GROWTH = 0.01
 """Growth of the largest pressure per doubling of the grid, relative, from which a kink counts as unbounded; below it the
 difference of the grids contains it. With 0 every point of a profile that is joined by straight lines would count."""
@@ -48,13 +53,31 @@ def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlace
     """The sharp places in the `contact` of a grid. A free end that is loaded is unbounded as well (`ContactScales.ends`)."""
     derived, normal = discretisation.derived, contact.normal
     geometry, ends = derived.problem.geometry, derived.scales.reaches_an_end
-    if geometry.elliptic:
-        return SharpPlaces()
     line = normal.pressure.max(axis=0)
+    steps = tuple(_steps(derived.problem.friction, discretisation, line))
+    rubbed = RUBBED if steps else ()
+    if geometry.elliptic:
+        return SharpPlaces((), rubbed, steps)
     unit = derived.problem.contact_modulus * math.log(2.0) / (2.0 * math.pi * normal.peak)
     kinks = tuple(_kinks(geometry, discretisation, line, unit))
     peaks = tuple(_narrow(geometry, discretisation, normal.pressure, normal.covered.max(axis=0), unit))
-    return SharpPlaces(PEAKS if kinks or ends else (), PEAKS if peaks else (), (*kinks, *peaks))
+    return SharpPlaces(PEAKS if kinks or ends else (), (*(PEAKS if peaks else ()), *rubbed), (*kinks, *peaks, *steps))
+
+
+def _steps(friction: Friction, discretisation: Discretisation, line: Array) -> Iterator[str]:
+    if not friction.across or not line.any():
+        return
+    y = discretisation.grid.y[line > 0.0]
+    places, shares = np.array(friction.across).T
+    changed = np.append(0.0, np.cumsum(np.abs(np.diff(shares))))
+    ends = y[:, None] + 0.5 * discretisation.grid.dy * np.array([-1.0, 1.0])
+    changes = np.diff(np.interp(ends, places, changed))[:, 0]
+    largest = max(float(np.interp(ends, places, shares).max()), float(shares[(places > y[0]) & (places < y[-1])].max(initial=0.0)))
+    worst = int(changes.argmax())
+    if changes[worst] > STEP * largest:
+        yield (f"friction changes by {100.0 * changes[worst] / largest:.0f} % of its largest value within an element, at y = "
+               f"{1e3 * y[worst]:.4g} mm: the largest shear traction and heat flux have no error estimate; set a larger "
+               "numerics.grid, or let it change over the width of several elements")
 
 
 def _kinks(geometry: ContactGeometry, discretisation: Discretisation, line: Array, unit: float) -> Iterator[str]:

@@ -160,8 +160,12 @@ def rubbed(problem: Problem, points: Sequence[tuple[float, float]]) -> Problem:
     y, shares = np.array(points).T
     if np.ptp(shares) == 0.0:
         return replace(problem, friction=problem.friction.spread(y, shares, 1.0))
-    scales, t = DerivedQuantities(problem).scales, np.linspace(-1.0, 1.0, SLIP_SAMPLES)
-    mean = np.average(np.interp(scales.centre + scales.semi_axis_y * t, y, shares), weights=1.0 - t**2)
+    scales = DerivedQuantities(problem).scales
+    # Shares are linear between the points, so that two places of Gauss's rule on each piece are exact.
+    pieces = np.unique(np.clip(np.append((y - scales.centre) / scales.semi_axis_y, (-1.0, 1.0)), -1.0, 1.0))
+    middle, half = 0.5 * (pieces[1:] + pieces[:-1]), 0.5 * np.diff(pieces)
+    t, weights = np.concatenate((middle - half / math.sqrt(3.0), middle + half / math.sqrt(3.0))), np.tile(half, 2)
+    mean = np.average(np.interp(scales.centre + scales.semi_axis_y * t, y, shares), weights=weights * (1.0 - t**2))
     return replace(problem, friction=problem.friction.spread(y, shares, float(mean)))
 
 

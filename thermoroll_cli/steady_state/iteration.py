@@ -93,5 +93,5 @@ def transmissible_force(discretisation: Discretisation, friction: Array, pressur
     """Largest tangential force in N: ∫ μp, with the largest factor of a law of slip that rises."""
     law = discretisation.derived.problem.friction.law
     highest = 1.0 if law is None else law.highest
-    share = discretisation.derived.problem.friction.share(discretisation.grid.y)
+    share = discretisation.derived.problem.friction.mean_share(discretisation.grid.y, discretisation.grid.dy)
     return highest * float((friction * share * pressure).sum()) * discretisation.grid.element_area
