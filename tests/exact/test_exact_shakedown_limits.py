@@ -45,6 +45,11 @@ def test_the_map_has_the_point_of_the_case_and_names_the_criteria() -> None:
     (x,), (y,) = picture.axes[0].get_lines()[-1].get_data()
     assert x == pytest.approx(0.2, rel=1e-3)
     assert y == pytest.approx(result.of_problem["hertz_p0_MPa"] / 200.0, rel=1e-3)
+    known = result.of_problem
+    for longer, curves in ((4.0, []), (0.25, ["line"]), (1.5, ["circle", "circle", "line"])):
+        other = dataclasses.replace(result, of_problem=known | {"hertz_a_mm": longer * known["hertz_b_mm"]})
+        drawn = figure(other, "shakedown_map").axes[0].get_lines()
+        assert [line.get_label().split(":")[0] for line in drawn[:-1]] == curves
     assert figure(result, "strength_lower") is not None and figure(result, "strength_upper") is None
     unknown = dataclasses.replace(result.problem.subsurface, lower_strength=Strength())
     result = dataclasses.replace(result, problem=dataclasses.replace(result.problem, subsurface=unknown))

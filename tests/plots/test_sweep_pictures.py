@@ -87,6 +87,14 @@ def test_a_share_has_no_band_outside_zero_and_one() -> None:
     assert axes.get_ylim()[0] >= -0.05 and axes.get_ylim()[1] <= 1.05
 
 
+def test_a_ratio_that_is_one_within_its_error_has_no_diagram() -> None:
+    """Without anything that acts back a grid's own noise is all that it shows."""
+    values = [0.985 + 0.001 * place for place in range(8)]
+    for error, diagrams in ((0.02, 0), (0.01, 1)):
+        figure = drawn(table(gamma_c=values, **{"uncertainty.gamma_c": [error] * 8}), OVER)
+        assert sum("contact area" in axes.get_ylabel() for axes in figure.axes) == diagrams
+
+
 def test_the_key_with_most_values_is_the_axis(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
     """Curves are those of the other keys, in the order in which they are given."""
     columns = table()

@@ -104,8 +104,9 @@ def test_full_sliding_has_the_coefficient_of_every_place():
 @pytest.mark.parametrize("points", [[[-0.01, 0.3], [0.0, 0.6], [0.01, 0.3]], [[-0.01, 0.0], [0.0, 0.6], [0.01, 0.0]],
                                     [[0.999, 0.3], [1.001, 0.1]]])  # fmt: skip
 def test_friction_that_changes_within_an_element_is_carried_as_it_is(grid, points):
-    """A spike, a stripe and a step in full sliding, on grids with and without a column in the middle: the force is that of lines
-    of rolling whose load falls like a parabola, and is the limit. Peaks beside such places have no error, and a warning says so."""
+    """A spike, a stripe and a step in full sliding, on grids with and without a column in the middle: the force is that of
+    lines of rolling whose load falls like a parabola, and is the limit. Peaks beside such places have no error, and a warning
+    says so."""
     result = profiled({"across": points}, creepage={"longitudinal": 0.1}, numerics={"grid": grid})
     t = (np.arange(400000) + 0.5) / 200000.0 - 1.0
     half_width = 1e3 * DerivedQuantities(result.problem).scales.semi_axis_y

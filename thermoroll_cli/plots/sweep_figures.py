@@ -114,9 +114,16 @@ def is_logarithmic(values: Column) -> bool:
 
 
 def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], over: Sequence[str]) -> bool:
-    """Whether one of the scalars is worth showing; a creepage, or a ratio that only heat could change, if it changes."""
-    wanting = names[0].startswith(("creepage", "gamma_c", "gamma_p"))
-    return any(worth_showing(name, points, over) and not (wanting and is_steady(finite(name, points))) for name in names)
+    """Whether one of the scalars is worth showing; a creepage if it changes, a ratio to Hertz's contact if it changes and is
+    not 1 within its error everywhere: without anything that acts back it shows the grid alone."""
+    wanting, ratio = names[0].startswith(("creepage", "gamma_c", "gamma_p")), names[0].startswith(("gamma_c", "gamma_p"))
+
+    def says_nothing(name: str) -> bool:
+        values, errors = finite(name, points), finite(UNCERTAINTY + name, points)
+        one = len(errors) == len(values) and all(abs(value - 1.0) <= error for value, error in zip(values, errors, strict=True))
+        return is_steady(values) or (ratio and one)
+
+    return any(worth_showing(name, points, over) and not (wanting and says_nothing(name)) for name in names)
 
 
 def _is_grid(table: Numbers, over: Sequence[str]) -> bool:

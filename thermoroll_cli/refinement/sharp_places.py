@@ -72,7 +72,8 @@ def _steps(friction: Friction, discretisation: Discretisation, line: Array) -> I
     changed = np.append(0.0, np.cumsum(np.abs(np.diff(shares))))
     ends = y[:, None] + 0.5 * discretisation.grid.dy * np.array([-1.0, 1.0])
     changes = np.diff(np.interp(ends, places, changed))[:, 0]
-    largest = max(float(np.interp(ends, places, shares).max()), float(shares[(places > y[0]) & (places < y[-1])].max(initial=0.0)))
+    inside = shares[(places > ends[0, 0]) & (places < ends[-1, 1])]
+    largest = float(np.append(np.interp(ends, places, shares), inside).max())
     worst = int(changes.argmax())
     if changes[worst] > STEP * largest:
         yield (f"friction changes by {100.0 * changes[worst] / largest:.0f} % of its largest value within an element, at y = "

@@ -134,7 +134,8 @@ class TractionSolver:
         before = solver.gradient.applications
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
         has_shape = self.options.leading_known and not derived.dissimilar and solver.gradient.rolls
-        bound = _bound(problem, normal, friction, problem.friction.mean_share(self.grid.y, self.grid.dy))
+        share = problem.friction.mean_share(self.grid.y, self.grid.dy)
+        bound = _bound(problem, normal, friction, share)
         if undisturbed:
             check_yield(problem, float(bound.sum()) * self.grid.element_area, BEYOND_YIELD)
         cell = TangentialProblem(
@@ -164,7 +165,7 @@ class TractionSolver:
         if problem.interlayer.yield_stress is not None or problem.friction.law is not None or problem.friction.across:
             cell = replace(cell, traction_bound=solution.bound)
             reached = window.scalar(solution.bound)
-            local = np.full(self.grid.shape, problem.friction.coefficient * problem.friction.mean_share(self.grid.y, self.grid.dy))
+            local = np.full(self.grid.shape, problem.friction.coefficient * share)
             np.divide(reached, normal.pressure, out=local, where=normal.pressure > 0.0)
         heat, slope = heat_of_slip(solution, cell, rigid_inner, solver.gradient.near_border, self.grid.dx, self.grid.dy)
         return Traction(
@@ -299,8 +300,8 @@ class TractionSolver:
 
 
 def _bound(problem: Problem, normal: Pressure, friction: Array | None, share: Array | float) -> Array:
-    """Largest traction in Pa, (nx, ny), with the columns' `share` of friction: Coulomb's, or the yield stress of the interlayer where that is
-    less."""
+    """Largest traction in Pa, (nx, ny), with the columns' `share` of friction: Coulomb's, or the yield stress of the
+    interlayer where that is less."""
     bound = (problem.friction.coefficient if friction is None else friction) * normal.pressure * share
     most = problem.interlayer.yield_stress
     return bound if most is None else _capped(most, bound, normal.covered)
