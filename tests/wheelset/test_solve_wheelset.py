@@ -514,3 +514,27 @@ def test_roll_and_rolling_radii_have_errors_that_cover_a_finer_grid():
         assert missed <= coarse["uncertainty"][name] < 0.02
     given = solve(Case.parse(STANDING)).summary()
     assert math.isnan(given["uncertainty"]["roll_mrad"])
+
+
+@pytest.mark.parametrize("turns", [1.0, 1.02])
+def test_a_cylinder_on_a_crowned_rail_is_a_single_contact(turns: float) -> None:
+    """Heathcote's slip is that of the surface in which both bodies touch, also where the wheel's own has none."""
+    material, load = {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28}, {"friction_coefficient": 0.3}
+    common = {"material": material, "thermal": {"heat": False}, "numerics": {"grid": 32}}
+    rail = [[y, 300.0 - math.sqrt(300.0**2 - y**2)] for y in np.linspace(-25.0, 25.0, 201).tolist()]
+    wheel = {"wheel_profile": {"points_mm": [[y, 0.0] for y in range(-60, 61)]}, "nominal_radius_mm": 460.0, "wheels": "right",
+             "flange_back_distance_mm": 1360.0, "flange_back_mm": -60.0, "vertical_N": 50e3}
+    whole = solve(Case.from_dict(common | {
+        "track": {"rail_profile": {"points_mm": rail}, "gauge_mm": 1435.0, "gauge_height_mm": 1.0}, "load": load,
+        "wheelset": wheel | ({"angular_velocity_rad_s": turns * 2.0 / 0.46} if turns > 1.0 else {}),
+        "rolling": {"speed_m_s": 2.0}}))
+    motion = whole.contacts[0].problem.motion
+    assert motion.creepage_x is not None
+    single = solve(Case.from_dict(common | {
+        "geometry": {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 460.0, "lower_radius_y_mm": 300.0,
+                     "upper_radius_y_mm": math.inf},
+        "load": load | {"normal_N": 50e3}, "creepage": {"longitudinal": motion.creepage_x},
+        "rolling": {"speed_m_s": motion.speed}}))
+    apart = abs(whole["Q_F_W"] - single["Q_F_W"])
+    assert apart <= whole.uncertainty["Q_F_W"] + single.uncertainty["Q_F_W"] < 0.1 * single["Q_F_W"]
+    assert single["Q_F_W"] > 1e-3

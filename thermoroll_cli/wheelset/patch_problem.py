@@ -32,7 +32,7 @@ VIRTUAL = 0.55
 
 
 def slip_on(bearing: Bearing, motion: MotionOfWheelset) -> Slip:
-    """The rigid motion over a patch of a right wheel; slip counts from the wheel's own undeformed surface."""
+    """The rigid motion over a patch of a right wheel; its place lies on the wheel's undeformed surface."""
     patch, facing = bearing.patch, bearing.patch.facing
     on_wheel = patch.place + patch.overlap[0] * directions(patch.angle)[2]
     return Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel.tolist()))
@@ -181,7 +181,7 @@ def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, res
         force = force + scalars["contact_force_y_N"] * e_across + scalars["contact_force_z_N"] * e_normal
     else:
         force = force + scalars["force_y_N"] * e_across + result.problem.normal_force * e_normal
-    # Tractions on the wheel, which act at its undeformed surface, as the slip does.
+    # Tractions act where the bodies touch, as the slip does.
     inclined = patch.inclination(s)
     on_wheel = -np.stack((along, across * np.cos(inclined), across * np.sin(inclined)), axis=-1)
     points = np.broadcast_to(patch.wheel_points(s), on_wheel.shape).copy()

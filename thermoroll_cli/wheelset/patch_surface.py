@@ -267,9 +267,9 @@ class PatchSurface:
         return np.asarray(np.interp(at, spline.x, self.facing.locus[0][index]))
 
     def wheel_points(self, s: Array) -> Array:
-        """Points (m, track axes) of the wheel's undeformed surface above s at the x of the place: its locus, or of a plane
-        patch the plane through its lowest point, (n, 3)."""
-        depth = self._along(self.wheel, s) if self.curved else np.full(np.shape(s), self.overlap[0])
+        """Points (m, track axes) of the wheel above s at the x of the place, (n, 3), where it touches: it takes the shape of
+        the reference surface, a plane or the mean of both bodies, at the depth of its undeformed surface at the place."""
+        depth = np.full(np.shape(s), float(self._along(self.wheel, np.zeros(1))[0]) if self.curved else self.overlap[0])
         angle = self.inclination(s)
         points = self.places(s) + depth[:, None] * np.stack((0.0 * angle, -np.sin(angle), np.cos(angle)), axis=-1)
         return np.asarray(points + np.array([self.x, 0.0, 0.0]))
