@@ -75,6 +75,7 @@ def test_nothing_rolls() -> None:
     ("rolling", {"speed_m_s": 0.0}, "history.distance_mm"),
     ("force", {"longitudinal_N": 0.1}, "history.values"),
     ("friction", {"memory_um": 10.0}, "friction.memory_um"),
+    ("friction", {"law": "exponential", "limit_coefficient": 0.2, "half_slip_m_s": 0.1}, "friction.law"),
     ("thermal", {"heat": True}, "thermal.heat"),
     ("geometry", {"conformal": True}, "geometry.conformal"),
 ])  # fmt: skip
@@ -95,3 +96,20 @@ def test_a_key_that_changes_has_no_other_value() -> None:
     without = {name: table for name, table in ball(rolling={"speed_m_s": 0.0}).items() if name != "history"}
     with pytest.raises(CaseError, match="greater than 0"):
         Case.from_dict(without)
+
+
+ROUND = [[y, -y * y / 340.0] for y in np.linspace(-8, 8, 17)]
+
+
+@pytest.mark.parametrize("tables", [
+    {"geometry": {"upper_radius_y_mm": None, "upper_profile": {"points_mm": ROUND}}},
+    {"layer": {"compliance_um_GPa": 2e5}},
+])  # fmt: skip
+def test_the_steady_state_stays(tables: dict[str, Any]) -> None:
+    """Of profiles and interlayers, and it is that of the case without a history."""
+    case = ball(**tables, history={"distance_mm": [0, 0.5, 7], "values": {"creepage.longitudinal": [0.002] * 3}})
+    case["history"].pop("steps")
+    history = solve(case).history
+    steady = solve({**{name: table for name, table in case.items() if name != "history"}, "creepage": {"longitudinal": 0.002}})
+    assert history is not None and np.ptp(history["force_x_N"]) < 1e-4 * history["force_x_N"][0]
+    assert history["force_x_N"][0] == pytest.approx(steady["force_x_N"], abs=2.0 * history["uncertainty.force_x_N"][0])

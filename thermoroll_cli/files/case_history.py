@@ -15,7 +15,7 @@ from thermoroll_cli.problem.problem import BODIES, Problem
 
 MOST_PLACES = 100000
 REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "thermal.lower", "thermal.upper",
-           "geometry.conformal", "friction.memory_um", "numerics.accuracy")
+           "geometry.conformal", "friction.law", "friction.memory_um", "numerics.accuracy")
 """Tables and keys that are not computed over time."""
 LARGEST = 1e15
 """Magnitude of any value."""
@@ -84,8 +84,8 @@ def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[flo
         elif load is not None and ((key == "load.normal_N" and load.approach_um is not None)
                                    or (key == "load.approach_um" and load.normal_N is not None)):
             yield path, f"{key} cannot change together with the other one", "a normal load, or an approach"
-        elif key == "load.friction_coefficient" and (friction is None or friction.law or friction.across):
-            yield path, f"{key} cannot change where friction depends on slip or place", "a case without [friction]"
+        elif key == "load.friction_coefficient" and (friction is None or friction.across):
+            yield path, f"{key} cannot change where friction depends on the place", "a case without [friction]"
     speeds = history.values.get(SPEED) or ([] if rolling is None else [rolling.speed_m_s or 0.0])
     if history.distance_mm is not None and not all(speeds):
         yield ("history", "distance_mm"), "nothing is rolled at rolling.speed_m_s = 0", "time_s"
