@@ -131,6 +131,23 @@ def test_the_other_ring_may_turn() -> None:
     assert one["cage_speed_rad_s"] == pytest.approx(-other["cage_speed_rad_s"], rel=1e-4)
 
 
+@pytest.mark.slow
+def test_thrust_the_other_way_is_the_mirror_image() -> None:
+    one, other = solve(case()), solve(case(bearing__load__axial_N=-17800.0))
+    assert one["axial_displacement_um"] == pytest.approx(-other["axial_displacement_um"], rel=1e-5)
+    assert one["torque_Nmm"] == pytest.approx(other["torque_Nmm"], rel=1e-3)
+
+
+def test_a_deep_groove_bearing_has_free_balls() -> None:
+    result = solve(case(bearing__contact_angle_deg=0.0, bearing__clearance_um=10.0, bearing__load__axial_N=None,
+                        bearing__load__radial_N=6e3, bearing__inner_rpm=1e3, bearing__control="outer", numerics__grid=8))
+    assert result.converged and {each.record["ball"] for each in result.contacts} == {1, 2, 3, 4, 14, 15, 16}
+    assert any("hardly touches ball 5, 6, 7" in warning for warning in result.warnings)
+    carried = sum(each.record["normal_N"] * math.cos(2.0 * math.pi * (each.record["ball"] - 1) / 16) for each in result.contacts
+                  if each.record["ring"] == "inner")
+    assert carried == pytest.approx(6e3, rel=1e-6)
+
+
 def test_five_displacements_and_stiffness() -> None:
     result = solve(case(bearing__control="outer", bearing__inner_rpm=100.0, numerics__grid=8, bearing__load__radial_N=3e3,
                         bearing__load__moment_Nm=[40.0, 25.0]))
