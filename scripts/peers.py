@@ -9,6 +9,7 @@ the cases that are left out. --write puts both tables into docs/verification.md.
 from __future__ import annotations
 
 import argparse
+import tempfile
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -38,8 +39,11 @@ def difference(force: Sequence[float], reference: Sequence[float]) -> float:
     return max(abs(ours - theirs) for ours, theirs in zip(force, reference, strict=True)) / scale if scale else float("nan")
 
 
-def row_of(deck: Path, name: str, overrides: Sequence[Override], left_out: Counter[str]) -> tuple[list[str], list[int]]:
-    """The row of one input file, and its numbers; reasons of cases that are left out are counted in `left_out`."""
+def row_of(
+    deck: Path, name: str, overrides: Sequence[Override], left_out: Counter[str], folder: Path
+) -> tuple[list[str], list[int]]:
+    """The row of one input file, and its numbers; reasons of cases that are left out are counted in `left_out`. Results go
+    into `folder`."""
     try:
         cases = imported(deck)
     except CaseError as cause:
@@ -51,7 +55,7 @@ def row_of(deck: Path, name: str, overrides: Sequence[Override], left_out: Count
     differences, unsolved = [], []
     for each in (each for each in cases if each.case is not None):
         try:
-            row = solved(each, reference, overrides)
+            row = solved(each, reference, overrides, folder)
         except Exception as cause:
             # A fault of one case is to be seen, and the others too.
             unsolved.append(f"{each.number} ({type(cause).__name__})")
@@ -88,7 +92,8 @@ def main() -> None:
     left_out: Counter[str] = Counter()
     rows, sums = [], [0] * (3 + len(BOUNDS))
     for deck in decks:
-        row, counts = row_of(deck, deck.stem, overrides, left_out)
+        with tempfile.TemporaryDirectory() as folder:
+            row, counts = row_of(deck, deck.stem, overrides, left_out, Path(folder))
         rows.append(row)
         sums = [one + other for one, other in zip(sums, counts, strict=False)]
     tables = {

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 
 from tests.support.command_line import thermoroll
 from thermoroll_cli import Case, CaseError, solve
@@ -72,6 +73,7 @@ def test_nothing_rolls() -> None:
     ("history", {"values": {"load.normal_N": [1, 0, 1]}}, "history.values"),
     ("history", {"values": {"shift.lateral_um": [0, 1, 2]}}, "history.values"),
     ("history", {"time_s": [0, 1, 2]}, "history.time_s"),
+    ("history", {"begin": "still"}, "history.begin"),
     ("rolling", {"speed_m_s": 0.0}, "history.distance_mm"),
     ("force", {"longitudinal_N": 0.1}, "history.values"),
     ("friction", {"memory_um": 10.0}, "friction.memory_um"),
@@ -113,3 +115,25 @@ def test_the_steady_state_stays(tables: dict[str, Any]) -> None:
     steady = solve({**{name: table for name, table in case.items() if name != "history"}, "creepage": {"longitudinal": 0.002}})
     assert history is not None and np.ptp(history["force_x_N"]) < 1e-4 * history["force_x_N"][0]
     assert history["force_x_N"][0] == pytest.approx(steady["force_x_N"], abs=2.0 * history["uncertainty.force_x_N"][0])
+
+
+def still(tmp_path: Path, begin: str, shifts: dict[str, list[float]]) -> Case:
+    """A case without rolling, of one step for each place, in the folder `tmp_path`."""
+    case = ball(rolling={"speed_m_s": 0.0})
+    case["history"] = {"time_s": [*range(len(next(iter(shifts.values()))))], "begin": begin,
+                       "values": {f"shift.{name}_um": values for name, values in shifts.items()}}
+    return Case.parse(tomli_w.dumps(case), name=str(tmp_path / "case"))
+
+
+def test_a_history_goes_on_from_a_file(tmp_path: Path) -> None:
+    """Two cases of one step each are one case of two; tractions across are not lost where the second step shifts along."""
+    whole = solve(still(tmp_path, "pressed", {"longitudinal": [0, 5, 20], "lateral": [0, 20, 20]}))
+    solve(still(tmp_path, "pressed", {"longitudinal": [0, 5], "lateral": [0, 20]})).save(tmp_path / "first.h5")
+    second = still(tmp_path, "first.h5", {"longitudinal": [0, 15]})
+    parts = solve(second)
+    assert whole.converged and parts.converged and abs(whole["force_y_N"]) > 0.01
+    assert [parts[name] for name in ("force_x_N", "force_y_N")] == pytest.approx(
+        [whole[name] for name in ("force_x_N", "force_y_N")], rel=1e-5)
+    (tmp_path / "first.h5").unlink()
+    with pytest.raises(ValueError, match=r"first\.h5"):
+        solve(second)

@@ -16,6 +16,7 @@ from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.peer.convert import Axes, LeftOut, converted
 from thermoroll_cli.peer.deck import read_deck
 from thermoroll_cli.peer.reference import output_beside, reference_forces
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.python_api import solve
 
 
@@ -34,7 +35,7 @@ def import_(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the cases.")] = options.RESULTS,
     case: Annotated[int | None, typer.Option("--case", min=1, metavar="N", help="Only this case of the file.")] = None,
     run: Annotated[
-        bool, typer.Option("--run", help="Solve the cases; with FILE.out or FILE.ref_out forces beside it.")
+        bool, typer.Option("--run", help="Solve the cases into DIR/FILE_N.h5; with FILE.out or FILE.ref_out, forces beside it.")
     ] = False,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
@@ -68,7 +69,7 @@ def import_(
         beside = output_beside(file)
         reference = reference_forces(beside) if beside else {}
         for each in written:
-            row = solved(each, reference, overrides)
+            row = solved(each, reference, overrides, output)
             record["compared"].append(row)
             if row["status"] != "converged":
                 code = ExitCode.NOT_CONVERGED
@@ -107,14 +108,18 @@ def imported(file: Path, only: int | None = None) -> list[Imported]:
     return [each for each in found if only is None or each.number == only]
 
 
-def solved(each: Imported, reference: dict[int, list[float]], overrides: Sequence[Override]) -> dict[str, Any]:
-    """Status and forces of a case with `overrides` beside those of CONTACT, in its axes."""
+def solved(each: Imported, reference: dict[int, list[float]], overrides: Sequence[Override], folder: Path) -> dict[str, Any]:
+    """Status and forces of a case with `overrides` beside those of CONTACT, in its axes. The result is written into `folder`,
+    where a case over time finds the state that it begins with."""
     assert each.case is not None and each.axes is not None
     row: dict[str, Any] = {"case": each.number, "status": "invalid", "force": None, "reference": reference.get(each.number)}
     try:
-        result = solve(Case.parse(each.case.text, name=each.case.name, overrides=overrides))
+        result = solve(Case.parse(each.case.text, name=str(folder / each.case.name), overrides=overrides))
     except CaseError as cause:
         return {**row, "reason": cause.findings[0].message}
+    except Unsolvable as cause:
+        return {**row, "reason": str(cause)}
+    result.save(folder / f"{each.case.name}.h5")
     summary = result.summary()
     row |= {"status": summary["status"], "force": each.axes.force(summary)}
     return row if result.converged else {**row, "reason": result.reason}

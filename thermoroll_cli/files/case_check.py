@@ -17,6 +17,7 @@ from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import REFUSED
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
+from thermoroll_cli.files.case_history import HistoryTable
 from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
 from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
@@ -174,6 +175,9 @@ class _Checker:
                 own = [self._with_files((*path, key, number), each) for number, each in enumerate(value)]
                 changes[key] = None if None in own else own
         failed = None in changes.values()
+        if isinstance(table, HistoryTable) and table.begin and table.begin.endswith(".h5"):
+            # The state before may be found later than the case is checked.
+            changes["begin"] = os.path.abspath(os.path.join(os.path.dirname(self.source.name), table.begin))
         for source in (source for source in SOURCES if isinstance(table, source.table)):
             named, place = getattr(table, source.key), (*path, source.key)
             if named is None or getattr(table, source.content) is not None:

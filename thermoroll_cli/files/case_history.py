@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from thermoroll_cli.files.case_table import Allowed, Table
-from thermoroll_cli.history.course import SHIFTS, SPEED, VARIED, Course, History
+from thermoroll_cli.files.result.labelled import ResultFileError
+from thermoroll_cli.files.result.outcome import read_result
+from thermoroll_cli.history.course import SHIFTS, SPEED, VARIED, Begin, Course, History
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BODIES, Problem
+from thermoroll_cli.problem.result import Result
 
 MOST_PLACES = 100000
 REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "thermal.lower", "thermal.upper",
@@ -25,6 +29,9 @@ LEAST = {"load.normal_N": 1e-15, "load.approach_um": 1e-9, "load.friction_coeffi
 Fault = tuple[tuple[str, ...], str, str]
 """Path of a key, what is wrong with it, what is allowed."""
 Numbers = Annotated[list[float], Field(min_length=2, max_length=MOST_PLACES)]
+STATES: dict[str, Begin] = {"steady": "steady", "pressed": "pressed"}
+"""Words for states to begin with."""
+BEGIN = Allowed('"steady", "pressed", or the result file of a contact, FILE.h5')
 RISING = Allowed("2 or more numbers that rise; the same number twice is a jump")
 
 
@@ -35,8 +42,9 @@ class HistoryTable(Table):
     time_s: Annotated[Numbers | None, RISING] = Field(default=None, description="Times, of values, instead of distance_mm")
     steps: int | None = Field(default=None, ge=1, le=MOST_PLACES,
                               description="Equal steps from the first place to the last; a row for each place if left out")
-    begin: Literal["steady", "pressed"] | None = Field(
-        default=None, description='The steady state (default), or "pressed": no tractions yet (default at speed 0)')
+    begin: Annotated[str | None, BEGIN] = Field(
+        default=None, max_length=1000,
+        description='The steady state (default), "pressed": no tractions yet (default at speed 0), or the result file FILE.h5')
     values: Annotated[dict[str, list[float]], Allowed("lists of numbers by key, one for each place")] = Field(
         default={}, description=f"Values at the places, linear between them, of {', '.join(VARIED)}")
 
@@ -55,6 +63,8 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
         for key in ("layers", "relaxation", "relaxation_file"):
             if own is not None and getattr(own, key, None):
                 yield ("material", *([body] if body else []), key), "is not computed over time", "homogeneous, elastic bodies"
+    if history.begin and history.begin not in STATES and not history.begin.endswith(".h5"):
+        yield ("history", "begin"), "is no state to begin with", BEGIN.words
     if (history.distance_mm is None) == (history.time_s is None):
         yield ("history",), "needs distance_mm or time_s", "one of them"
         return
@@ -102,5 +112,17 @@ def history_of(table: HistoryTable, problem: Problem) -> History:
             motion = replace(motion, **{name: None})  # type: ignore[arg-type]
     still = table.values.get(SPEED, [motion.speed])[0] == 0.0
     values = {key: tuple(given) for key, given in table.values.items()}
+    begin = STATES.get(table.begin or ("pressed" if still else "steady")) or _result_in(str(table.begin))
     return History(replace(problem, motion=motion), Course(
-        places, values, by_distance, table.steps, table.begin or ("pressed" if still else "steady")))
+        places, values, by_distance, table.steps, begin))
+
+
+def _result_in(path: str) -> Result:
+    """The result in the file at `path`, of a contact with tractions. Raises Unsolvable."""
+    try:
+        result = read_result(path)
+    except ResultFileError as cause:
+        raise Unsolvable(str(cause), "history.begin", BEGIN.words) from None
+    if not {"pressure", "shear_x", "shear_y"} <= {*result.fields}:
+        raise Unsolvable(f"{path} has no tractions of a contact", "history.begin", BEGIN.words)
+    return result

@@ -85,7 +85,9 @@ class Steps:
         self.history, self._options = history, options or SolverOptions()
         derived = DerivedQuantities(history.largest)
         self._base = Discretisation(derived, shape, extent or derived.problem.numerics.extent, threads, self._options)
-        self._mirror = DerivedQuantities(history.most).kinematics.mirror_on(shape[1], heated=False)
+        # Nothing is known of the symmetry of tractions that are given.
+        given = isinstance(history.course.begin, Result)
+        self._mirror = None if given else DerivedQuantities(history.most).kinematics.mirror_on(shape[1], heated=False)
 
     def moments(self, rows: Array) -> Iterator[Moment]:
         """The states at the places `rows`, with further steps to the `stops` between them."""
@@ -113,7 +115,7 @@ class Steps:
         """The state that the history begins with: the steady one, or tractions that are given."""
         begin, problem = self.history.course.begin, self.history.problem_at(place)
         here = self._base.under(DerivedQuantities(problem))
-        mirror = here.derived.kinematics.mirror_on(here.grid.ny, heated=False)
+        mirror = None if isinstance(begin, Result) else here.derived.kinematics.mirror_on(here.grid.ny, heated=False)
         # Displacements are needed wherever a later contact may be.
         here.traction.window_around(np.ones(here.grid.shape, dtype=bool), mirror, here.derived)
         guess = first_guess(here, None, hot=False)
