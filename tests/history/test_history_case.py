@@ -137,3 +137,15 @@ def test_a_history_goes_on_from_a_file(tmp_path: Path) -> None:
     (tmp_path / "first.h5").unlink()
     with pytest.raises(ValueError, match=r"first\.h5"):
         solve(second)
+
+
+def test_energy_that_is_missing_is_an_error_of_work_and_heat() -> None:
+    """Few steps without rolling under a load that varies: what the work misses counts in its error."""
+    case = ball(rolling={"speed_m_s": 0.0})
+    case["history"] = {"time_s": [0, 0.4, 1], "steps": 4,
+                       "values": {"load.normal_N": [0.3, 0.6, 0.2], "shift.longitudinal_um": [0, 400, -200]}}
+    coarse = solve(case).history
+    fine = solve({**case, "history": {**case["history"], "steps": 64}, "numerics": {"grid": 48}}).history
+    assert coarse is not None and fine is not None
+    for name in ("work_J", "heat_J"):
+        assert abs(coarse[name][-1] - fine[name][-1]) < coarse[f"uncertainty.{name}"][-1], name

@@ -86,7 +86,8 @@ def _errors(
     rows: Array, columns: Mapping[str, Array], few: Array, coarser: Sequence[Moment]
 ) -> dict[str, Array]:
     """Estimated errors of the columns at all `rows`, from the same history on a coarser grid and the `few` rows of twice the
-    steps. Differences change their signs: an error is no less than that of the rows beside it, and than the mean of all."""
+    steps. Differences change their signs: an error is no less than that of the rows beside it, and than the mean of all. Those
+    of work and heat are no less than what is missing between both and the stored energy."""
     found: dict[str, Array] = {}
     both = np.searchsorted(rows, few)
     for name, column in columns.items() if coarser else ():
@@ -96,7 +97,9 @@ def _errors(
             beside = maximum_filter1d(difference[known], 3)
             error = SHARE * np.maximum(np.interp(rows, few[known], beside), np.sqrt((difference[known] ** 2).mean()))
             found[name] = np.where(np.isnan(column), math.nan, error)
-    return found
+    energy = columns["elastic_energy_J"]
+    missing = np.abs(columns["work_J"] - columns["heat_J"] - (energy - energy[0]))
+    return found | {name: np.maximum(found.get(name, 0.0), np.maximum.accumulate(missing)) for name in ("work_J", "heat_J")}
 
 
 def _result(
