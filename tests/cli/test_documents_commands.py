@@ -123,7 +123,7 @@ def session(block: str) -> Iterator[tuple[str, str]]:
 def test_readme_and_recipes(place: Path) -> None:
     """The README's minute is among the commands, which run as printed. A drift that is there is found by the recipe for CI."""
     (minute,) = blocks("README", "sh")
-    commands, recipes = (smaller(block) for block in blocks("commands", "sh"))
+    commands, *_, recipes = (smaller(block) for block in blocks("commands", "sh"))
     assert minute.splitlines()[0] in commands and smaller(minute.splitlines()[1].split("#")[0]) in commands
     run(commands, place)
     (lines,) = blocks("README", "python")

@@ -23,6 +23,8 @@ from thermoroll_cli.files.profile_file import read_outline
 from thermoroll_cli.peer.deck import DeckCase
 
 Content = dict[str, Any]
+LINE = "a line contact, which has a load per length"
+"""Why cases of two long bodies are left out."""
 GRID = {1: 48, 3: 64}
 """Elements per side of a contact of each module: CONTACT's own elements say nothing about the accuracy wanted here."""
 LAW = {2: "linear", 3: "rational", 4: "exponential"}
@@ -44,12 +46,7 @@ class Axes:
         """[x, y, z] in N in CONTACT's axes from the scalars of a result."""
         if self.side:
             return [float(scalars[f"track_force_{axis}_{self.side}_N"]) for axis in "xyz"]
-        ending = "_N_mm" if "force_x_N_mm" in scalars else "_N"
-        return [
-            self.sign * float(scalars[f"force_x{ending}"]),
-            self.sign * float(scalars[f"force_y{ending}"]),
-            float(scalars[f"normal{ending}"]),
-        ]
+        return [self.sign * float(scalars["force_x_N"]), self.sign * float(scalars["force_y_N"]), float(scalars["normal_N"])]
 
 
 def converted(case: DeckCase, deck: Path, before: str) -> tuple[Content, Axes]:
@@ -188,67 +185,52 @@ def _contact(case: DeckCase, deck: Path, before: str, content: Content) -> Axes:
     _leave_out(
         (not backwards and abs(rolling["CHI"]) > 1e-2, f"CHI = {math.degrees(rolling['CHI']):g} degrees: rolling across")
     )
-    length, along, across, least = _shape(case)
+    along, across, least = _shape(case)
     content["geometry"] = {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 0.5 / along}
-    if length:
-        _leave_out((digits["N"] == 0, "N = 0: the approach of a line contact is not defined"))
-        load["normal_N_mm"] = motion["FN"] / length
-    else:
-        content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across}
-        load |= {"normal_N": motion["FN"]} if digits["N"] else {"approach_um": 1e3 * (motion["FN"] - least)}
+    content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across}
+    load |= {"normal_N": motion["FN"]} if digits["N"] else {"approach_um": 1e3 * (motion["FN"] - least)}
     content["rolling"] = {"speed_m_s": 0.0 if digits["T"] == 1 else 1e-3 * rolling["VELOC"], "differential_slip": False}
     turn = 1.0 if backwards else -1.0
     if digits["T"]:
-        _motion(case, turn, length or 1.0, "_N_mm" if length else "_N", content)
+        _motion(case, turn, content)
     if steps:
         _history(case, rolling["DQ"], before, content)
     return Axes(-turn)
 
 
-def _shape(case: DeckCase) -> tuple[float, float, float, float]:
-    """Length of a line contact in mm (0: an ellipse), coefficients of x² and y² of the undeformed distance (1/mm), and its
-    least value (mm)."""
+def _shape(case: DeckCase) -> tuple[float, float, float]:
+    """Coefficients of x² and y² of the undeformed distance (1/mm), and its least value (mm)."""
     area, shape, read, motion = case.values["area"], case.values["shape"], case.values["material"], case.values["motion"]
     kind, bound = area["IPOTCN"], case.digits["B"]
     same = read["GG1"] == read["GG2"] and read["POISS1"] == read["POISS2"]
     _leave_out(
         (bound not in (0, 2) or (bound == 2 and (kind < -3 or kind > 0 or not same)), f"B = {bound}: an approximate pressure"),
         (kind == -6, "IPOTCN = -6: half of two ellipses"),
-        (
-            shape["IBASE"] != 1 and not (shape["IBASE"] == 2 and area["MY"] == 1),
-            f"IBASE = {shape['IBASE']}: a shape that is no paraboloid",
-        ),
+        (kind in (-4, -5) or (shape["IBASE"] == 2 and area["MY"] == 1), LINE),
+        (shape["IBASE"] != 1, f"IBASE = {shape['IBASE']}: a shape that is no paraboloid"),
         (shape["IPLAN"] != 1, f"IPLAN = {shape['IPLAN']}: a part of the surface that touches"),
     )
     if kind > 0:
-        # Circles of the radius RM, of which there is one row.
-        b1, b2, b3, b4, b5, b6 = shape.get("B") or (0.5 / shape["RM"], 0.0, 0.0, 0.0, 0.0, 0.0)
+        b1, b2, b3, b4, b5, b6 = shape["B"]
         _leave_out(
             (b2 != 0.0 or b4 != 0.0 or b5 != 0.0, "IBASE = 1: a paraboloid that is turned, shifted or tilted"),
             (b1 <= 0.0 or b3 < 0.0, "IBASE = 1: no curvature along rolling, or a concave one"),
-            (b3 == 0.0 and area["MY"] > 1, "IBASE = 1: a cylinder of finite length"),
+            (b3 == 0.0, "IBASE = 1: a cylinder of finite length" if area["MY"] > 1 else LINE),
         )
-        if b3 != 0.0:
-            return 0.0, b1, b3, b6
-        _leave_out((kind == 4, "IPOTCN = 4: a line whose length is not given"))
-        return area["DY"] if kind in (1, 3) else area["DY"] - area["YL"], b1, b3, b6
+        return b1, b3, b6
     first, second = area["A"], area["B"]
     compliance = sum((1.0 - read[f"POISS{k}"]) / (2.0 * read[f"GG{k}"]) for k in (1, 2))
-    if kind == -4:
-        return 2.0 * second, first, 0.0, 0.0
-    if kind == -5:  # a² = 4 W R/(π E*) for the load W per length
-        return 2.0 * second, motion["FN"] / (2.0 * second) * 2.0 * compliance / (math.pi * first**2), 0.0, 0.0
     if kind == -1:
-        return 0.0, first, second, 0.0
+        return first, second, 0.0
     if kind == -2:
-        return 0.0, first, first * float(elliprd(0.0, second**2, 1.0) / elliprd(0.0, 1.0, second**2)), 0.0
+        return first, first * float(elliprd(0.0, second**2, 1.0) / elliprd(0.0, 1.0, second**2)), 0.0
     # Hertz: A = s R_D(0, b², a²)/3 and B with a and b exchanged, s = p₀ab/E*, approach s R_F(0, a², b²).
     a, b = first**2, second**2
     scale = 1.5 * motion["FN"] * compliance / math.pi if case.digits["N"] else motion["FN"] / float(elliprf(0.0, a, b))
-    return 0.0, scale * float(elliprd(0.0, b, a)) / 3.0, scale * float(elliprd(0.0, a, b)) / 3.0, 0.0
+    return scale * float(elliprd(0.0, b, a)) / 3.0, scale * float(elliprd(0.0, a, b)) / 3.0, 0.0
 
 
-def _motion(case: DeckCase, turn: float, length: float, ending: str, content: Content) -> None:
+def _motion(case: DeckCase, turn: float, content: Content) -> None:
     """Creepages, and forces in place of them."""
     digits, motion = case.digits, case.values["motion"]
     _leave_out(
@@ -257,8 +239,8 @@ def _motion(case: DeckCase, turn: float, length: float, ending: str, content: Co
     )
     for name, key, given in (("FX", "longitudinal", digits["F"] >= 1), ("FY", "lateral", digits["F"] == 2)):
         if given:
-            limit = content["load"]["friction_coefficient"] * motion["FN"] / length
-            content.setdefault("force", {})[f"{key}{ending}"] = -turn * motion[name] * limit
+            limit = content["load"]["friction_coefficient"] * motion["FN"]
+            content.setdefault("force", {})[f"{key}_N"] = -turn * motion[name] * limit
         elif digits["T"] != 1:
             content.setdefault("creepage", {})[key] = turn * motion[name]
     if digits["T"] == 1:
