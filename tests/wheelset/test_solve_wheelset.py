@@ -24,11 +24,12 @@ from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.plots.wheelset_figures import patches_figure
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.refinement.solve import solve as solve_problem
+from thermoroll_cli.wheelset.patch_surface import section
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver, solve_wheelset
@@ -538,3 +539,11 @@ def test_a_cylinder_on_a_crowned_rail_is_a_single_contact(turns: float) -> None:
     apart = abs(whole["Q_F_W"] - single["Q_F_W"])
     assert apart <= whole.uncertainty["Q_F_W"] + single.uncertainty["Q_F_W"] < 0.1 * single["Q_F_W"]
     assert single["Q_F_W"] > 1e-3
+
+
+def test_a_surface_that_is_too_steep_has_no_section() -> None:
+    angle = np.radians(np.linspace(0.0, 89.0, 90))
+    at, value = np.sin(angle), -np.cos(angle)
+    assert section(at, value, np.cos(angle), np.sin(angle), 40)[1][-1] == 84
+    with pytest.raises(Unsolvable, match="steeper than 84 degrees"):
+        section(at, value, np.cos(angle), np.sin(angle), 86)

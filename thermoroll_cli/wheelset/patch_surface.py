@@ -13,6 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.curves import SMALLEST_STEP, STEP
 from thermoroll_cli.wheelset.kinematics import directions
 from thermoroll_cli.wheelset.search import Facing
@@ -55,9 +56,12 @@ def section(
     at: Array, value: Array, d_at: Array, d_value: Array, start: int
 ) -> tuple[scipy.interpolate.CubicHermiteSpline, NDArray[np.intp]]:
     """A surface as a function of the place `at` through the samples around number `start` on which `at` moves on and the
-    surface is not too steep, and their numbers."""
+    surface is not too steep, and their numbers. Raises Unsolvable if it is too steep at number `start`."""
     forward = np.sign(d_at[start])
     good = (d_at * forward > STEEPEST * np.hypot(d_at, d_value)) & ~np.isnan(value)
+    if not good[start]:
+        raise Unsolvable(f"the surfaces touch where one is steeper than {math.degrees(math.acos(STEEPEST)):.0f} degrees",
+                         "wheelset.wheel_profile", "outlines, shifts and loads with contacts that are less steep")
     low, high = (int(start - np.argmax(~good[start::-1])) + 1 if not good[: start + 1].all() else 0,
                  int(start + np.argmax(~good[start:])) if not good[start:].all() else len(good))
     index = np.arange(low, high)[:: 1 if forward > 0 else -1]
