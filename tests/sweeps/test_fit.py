@@ -156,6 +156,16 @@ def test_a_key_that_acts_by_its_square_is_found_from_the_end_0_of_its_range():
     assert found.parameters["creepage.lateral"].value == pytest.approx(3e-3, rel=1e-4)
 
 
+def test_a_fit_that_begins_on_a_coarse_grid_ends_on_that_of_the_case():
+    """Finer than the grid on which fits begin, so that the slopes of the coarse one lead on the fine one."""
+    fine = KNOWN | {"numerics": {"grid": 48}}
+    rows = sweep(fine, {"creepage.longitudinal": CREEPAGES})
+    data = {"creepage.longitudinal": CREEPAGES, "force_x_N": [row["force_x_N"] for row in rows]}
+    found = fit(fine, data, ["load.friction_coefficient=0.2:0.8"])
+    assert found.converged and found.warnings == ()
+    assert found.parameters[KEYS[0]].value == pytest.approx(0.5, rel=1e-3)
+
+
 def test_a_fit_goes_on_where_a_worker_is_killed(monkeypatch):
     def broken(*arguments):
         raise BrokenProcessPool

@@ -356,7 +356,7 @@ def _found(model: _Model, *, skip: bool) -> Fit:
         try:
             if stage == "fine" and coarse:
                 # Values change so little on the fine grid that the slopes of the coarse one, where it ended, lead there.
-                slopes = model.jacobian if more else partial(np.copy, slopes(vector))
+                slopes = model.jacobian if more else partial(lambda kept, _: kept.copy(), slopes(vector))
             # SciPy wants the start inside of the range.
             inside = np.clip(vector, ends[0] + AT_BOUND / 10, ends[1] - AT_BOUND / 10)
             found = least_squares(model.residuals, inside, slopes, ends, xtol=CLOSE[stage], ftol=CLOSE[stage] ** 2,
