@@ -80,6 +80,11 @@ class BearingProblem:
         return self.rolls and self.control == "tractions"
 
     @property
+    def controlling(self) -> RingName:
+        """The ring at which a ball does not spin where tractions do not decide, and the first guess where they do."""
+        return "inner" if self.control == "inner" else "outer"
+
+    @property
     def direction(self) -> float:
         """1 if the inner ring turns faster than the outer one, else −1."""
         return 1.0 if self.speeds[0] >= self.speeds[1] else -1.0

@@ -148,7 +148,7 @@ class BearingSearch:
 
     def _kinematic(self) -> None:
         """Places with the speed of the cage of pure rolling; of balls that one ring alone touches the mean of the others."""
-        ring: RingName = "inner" if self.problem.control == "inner" else "outer"
+        ring = self.problem.controlling
         for _ in range(MOST_ROUNDS):
             speeds = np.array([self.problem.race_control(angles, ring)[0] if loads.min() > 0.0 else math.nan
                                for angles, loads in zip(self.placement.angles, self.placement.loads, strict=True)])
@@ -172,7 +172,7 @@ class BearingSearch:
             else:
                 kind.append(j)
         self.balls = [Ball(tuple(sorted(kind)), np.zeros(4)) for kind in kinds]
-        ring: RingName = "inner" if self.problem.control == "inner" else "outer"
+        ring = self.problem.controlling
         for ball in self.balls:
             self._put(ball)
             if ball.loaded and self.problem.rolls:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from thermoroll_cli.bearing.bearing_problem import BearingProblem
+from thermoroll_cli.files.case_errors import Fault
 from thermoroll_cli.files.case_table import Allowed, Pair, Table, quantity
 from thermoroll_cli.problem.problem import Problem
 
@@ -61,9 +62,6 @@ REFUSED = ("geometry", "track", "wheelset", "history", "creepage", "force", "wea
            "thermal.upper")  # fmt: skip
 """Tables and keys that do not go together with [bearing]."""
 
-Fault = tuple[tuple[str, ...], str, str]
-"""Path of a key, what is wrong with it, what is allowed."""
-
 
 def bearing_faults(sections: Mapping[str, Any], bearing: BearingTable) -> Iterator[Fault]:
     """Conflicts between the keys of a bearing."""
@@ -91,13 +89,6 @@ def bearing_faults(sections: Mapping[str, Any], bearing: BearingTable) -> Iterat
             friction.friction_coefficient == 0.0):
         yield (("load", "friction_coefficient"), "without friction no traction determines the axes of the balls",
                'above 0, or control = "outer" or "inner" in [bearing]')
-    material = sections.get("material")
-    for body in ("lower", "upper"):
-        own = getattr(material, body, material)
-        for key in ("layers", "relaxation"):
-            if own is not None and getattr(own, key, None):
-                path = ("material", body, key) if own is not material else ("material", key)
-                yield path, "is not computed for bearings, which Hertz's contacts place", "homogeneous, elastic bodies"
 
 
 def _acts(value: float | list[float] | None) -> bool:

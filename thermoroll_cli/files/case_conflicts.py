@@ -14,7 +14,7 @@ from typing import Any
 
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import BearingTable, bearing_faults
-from thermoroll_cli.files.case_errors import KeyPath
+from thermoroll_cli.files.case_errors import Fault, KeyPath
 from thermoroll_cli.files.case_history import HistoryTable, history_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
@@ -182,7 +182,8 @@ def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
 
 
 def _bearing(sections: Sections, bearing: BearingTable) -> Iterator[Conflict]:
-    for path, message, allowed in bearing_faults(sections, bearing):
+    why = "is not computed for bearings, which Hertz's contacts place"
+    for path, message, allowed in (*bearing_faults(sections, bearing), *_homogeneous(sections, why)):
         yield Conflict(path, message, allowed, at_key=path == ("bearing", "load"))
 
 
@@ -411,7 +412,7 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
 
 
 def _history(sections: Sections, history: HistoryTable) -> Iterator[Conflict]:
-    for path, message, allowed in history_faults(sections, history):
+    for path, message, allowed in (*history_faults(sections, history), *_homogeneous(sections, "is not computed over time")):
         yield Conflict(path, message, allowed, at_key=True)
     if heat_is_on(sections):
         yield Conflict(("thermal", "heat"), "heat is not computed over time", "heat = false in [thermal], or no [history]",
@@ -446,6 +447,14 @@ def _subsurface(sections: Sections, subsurface: model.SubsurfaceTable) -> Iterat
     elif thermal is not None and thermal.peclet == "sliding":
         yield Conflict(("subsurface", "thermal"), 'thermal stresses are not computed with peclet = "sliding" in [thermal]',
                        'false, or peclet = "rolling" or "stationary"', other=("thermal", "peclet"))
+
+
+def _homogeneous(sections: Sections, message: str) -> Iterator[Fault]:
+    """Faults with this `message` of bodies that are coated or relax."""
+    for path, material in _materials(sections):
+        for key in ("layers", "relaxation"):
+            if getattr(material, key):
+                yield (*path, key), message, "homogeneous, elastic bodies"
 
 
 def _materials(sections: Sections) -> Iterator[tuple[KeyPath, MaterialTable]]:

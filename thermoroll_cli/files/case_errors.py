@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from rich.cells import cell_len
 
 KeyPath = tuple[str | int, ...]
+Fault = tuple[KeyPath, str, str]
+"""Path of a key, what is wrong with it, what is allowed."""
 
 _STRING = r""""(?:\\.|[^"\\])*"|'[^']*'"""
 _PART = re.compile(rf"[A-Za-z0-9_-]+|{_STRING}")

@@ -9,12 +9,13 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from thermoroll_cli.files.case_errors import Fault
 from thermoroll_cli.files.case_table import Allowed, Table
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.history.course import SHIFTS, SPEED, VARIED, Begin, Course, History
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.problem import BODIES, Problem
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 
 MOST_PLACES = 100000
@@ -26,8 +27,6 @@ LARGEST = 1e15
 LEAST = {"load.normal_N": 1e-15, "load.approach_um": 1e-9, "load.friction_coefficient": 1e-9, SPEED: 0.0}
 """Least values of keys that have one."""
 
-Fault = tuple[tuple[str, ...], str, str]
-"""Path of a key, what is wrong with it, what is allowed."""
 Numbers = Annotated[list[float], Field(min_length=2, max_length=MOST_PLACES)]
 STATES: dict[str, Begin] = {"steady": "steady", "pressed": "pressed"}
 """Words for states to begin with."""
@@ -57,12 +56,6 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
         given = getattr(given, inner, None) if inner and given is not None else given
         if given:
             yield tuple(key.split(".")), "is not computed over time", "a case without it, or without [history]"
-    for body in (*BODIES, ""):
-        material: Any = sections.get("material")
-        own = getattr(material, body, None) if body else (None if hasattr(material, "lower") else material)
-        for key in ("layers", "relaxation", "relaxation_file"):
-            if own is not None and getattr(own, key, None):
-                yield ("material", *([body] if body else []), key), "is not computed over time", "homogeneous, elastic bodies"
     if history.begin and history.begin not in STATES and not history.begin.endswith(".h5"):
         yield ("history", "begin"), "is no state to begin with", BEGIN.words
     if (history.distance_mm is None) == (history.time_s is None):

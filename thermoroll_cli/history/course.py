@@ -48,14 +48,13 @@ happen in does (`steps`)."""
 class Course:
     """Inputs over time: `values` by key of `VARIED`, in the units of the keys, at the `places`, linear between them; the same
     place twice is a jump. Places are times in s, or with `by_distance` distances rolled in m. `steps` equal steps are reported,
-    or without it a row for each place. `fields_every` of k keeps the fields of every k-th row."""
+    or without it a row for each place."""
 
     places: tuple[float, ...]
     values: Mapping[str, tuple[float, ...]]
     by_distance: bool = False
     steps: int | None = None
     begin: Begin = "steady"
-    fields_every: int = 0
 
     @cached_property
     def rows(self) -> Array:

@@ -24,9 +24,6 @@ from thermoroll_cli.steady_state.solvable import reasons_against
 
 COARSEST = 8
 """Elements per side of a coarser grid that gives error estimates."""
-SHARE = 1.0
-"""Error over the difference from the coarser grid and twice the step: 1/3 for errors of second order, 1 for those of first
-order, which jumps and kinks of inputs have."""
 
 
 class HistorySolver:
@@ -86,8 +83,9 @@ def _errors(
     rows: Array, columns: Mapping[str, Array], few: Array, coarser: Sequence[Moment]
 ) -> dict[str, Array]:
     """Estimated errors of the columns at all `rows`, from the same history on a coarser grid and the `few` rows of twice the
-    steps. Differences change their signs: an error is no less than that of the rows beside it, and than the mean of all. Those
-    of work and heat are no less than what is missing between both and the stored energy."""
+    steps. The difference counts whole, as for errors of first order, which jumps and kinks of inputs have. It changes its sign:
+    an error is no less than that of the rows beside it, and than the mean of all. Those of work and heat are no less than what
+    is missing between both and the stored energy."""
     found: dict[str, Array] = {}
     both = np.searchsorted(rows, few)
     for name, column in columns.items() if coarser else ():
@@ -95,7 +93,7 @@ def _errors(
         known = ~np.isnan(difference)
         if known.any() and difference[known].any():
             beside = maximum_filter1d(difference[known], 3)
-            error = SHARE * np.maximum(np.interp(rows, few[known], beside), np.sqrt((difference[known] ** 2).mean()))
+            error = np.maximum(np.interp(rows, few[known], beside), np.sqrt((difference[known] ** 2).mean()))
             found[name] = np.where(np.isnan(column), math.nan, error)
     energy = columns["elastic_energy_J"]
     missing = np.abs(columns["work_J"] - columns["heat_J"] - (energy - energy[0]))

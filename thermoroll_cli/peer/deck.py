@@ -28,7 +28,7 @@ MOTION = ("S", "Y", "Z", "ROLL", "YAW", "PITCH")
 @dataclass(frozen=True)
 class DeckCase:
     """One case: its `number` in the file, the `line` of its last control digits, the module (1 or 3), control digits by name
-    and all values that hold for it. Of the digits of module 1 only the first has its number, C1."""
+    and all values that hold for it. In module 1 only the first digit has its number, C1."""
 
     number: int
     line: int

@@ -130,8 +130,8 @@ def asked_of(task: Problem | WheelsetProblem) -> Wear:
 
 
 def _identity(case: Case) -> dict[str, Any]:
-    """What a journal is of. Worn outlines of a wheelset lie on rows of their own, so that any grid goes on with them; the rows
-    of a contact are those of its grid."""
+    """The case that a journal belongs to. Worn outlines of a wheelset lie on rows of their own, so that any grid goes on with
+    them; the rows of a contact are those of its grid."""
     content = json.loads(case.to_json())
     if case.settings.wheelset is not None:
         content.pop("numerics", None)

@@ -4,8 +4,8 @@ A node has arrays over named axes, each with its unit and its meaning, attribute
 its own name is that axis. `xarray.open_datatree` opens the same files.
 
 A file is built in memory and written in one go (`atomic.write_bytes`): HDF5 has no good answer to a disk that fills up while a
-file is open, a byte string has. What is read is checked first, since anybody may have written it: a file may name other files,
-claim more numbers than the memory holds, or be damaged.
+file is open, a byte string has. A file is checked before it is read, since anybody may have written it: it may name other
+files, claim more numbers than the memory holds, or be damaged.
 """
 
 from __future__ import annotations
