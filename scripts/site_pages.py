@@ -25,6 +25,7 @@ KINDS = {
     "article_4_1": "pressure", "article_4_3_conformal": "pressure", "article_4_3_flat": "pressure",
     "article_4_3_non_conformal": "pressure", "ball_bearing": "summary", "coated_ball": "subsurface_upper",
     "coated_ball_heat": "summary", "crowned_roller": "profile", "hot_sliding": "subsurface_upper", "manchester": "section",
+    "measured_wheelset": "section",
     "polymer_roller": "pressure", "polymer_tyre": "pressure", "twin_disc": "track", "two_point": "profile",
     "wheel_rail_sliding": "track", "worn_rail": "profile",
 }  # fmt: skip
@@ -45,8 +46,8 @@ def on_files(files: Files, config: Any) -> Files:
 def first_page() -> str:
     """The README, with links that start from docs/."""
     text = (ROOT / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
-    more = "- **Examples and reference**: [gallery](gallery.md) of cases, [reference](reference.md) of the Python interface\n"
-    return text.replace("\n- **Everybody**", f"\n{more}- **Everybody**")
+    more = "The [gallery](gallery.md) shows all cases, the [reference](reference.md) all names of the Python interface."
+    return text.replace("\n| question |", f"\n{more}\n\n| question |")
 
 
 def reference() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import shlex
@@ -164,6 +165,15 @@ def test_tutorial(place: Path) -> None:
 def test_worked_examples(place: Path) -> None:
     for block in blocks("examples", "sh") + blocks("article", "sh") + blocks("polymers", "sh"):
         run(smaller(block).replace(" -o results", " --no-plots -o results"), place)
+
+
+def test_measured_profiles(place: Path) -> None:
+    (commands,) = blocks("measured_profiles", "sh")
+    *_, wear = smaller(commands).splitlines()
+    run(smaller(commands).replace(wear, f"{wear.split('#')[0]} --set wear.distance_km=100 --no-plots"), place)
+    assert (place / "results" / "measured_wheelset_contacts.csv").exists()
+    with (place / "results" / "measured_wheelset_wear.csv").open() as file:
+        assert float(list(csv.DictReader(file))[-1]["distance_km"]) == 100.0
 
 
 def test_sweeps_and_tables(place: Path) -> None:
