@@ -96,10 +96,58 @@ def test_ellipses_are_those_of_the_radii(tmp_path: Path, kind: int, area: str) -
         assert getattr(case.settings.geometry, key) == pytest.approx(getattr(plain.settings.geometry, key), rel=1e-6)
 
 
+SHIFT = """ 3  MODULE
+  {digits}     P-B-T-N-F-S
+  022020     L-D-C-M-Z-E
+ 0000141   H-G-I-A-O-W-R
+   999   100    30      1     1d-7
+  {load}   {slip}     0.0     {spin}          FN, FX, CETA, CPHI
+   0.4       0.4
+{rolling}   0.280       0.280       1.000       1.000
+    1
+   34   33   -4.125    -4.125    0.250   0.250
+    1    1
+  0.002963  0.0  0.002963  {b4}  {b5}  {b6}
+"""
+BEFORE = SHIFT.format(digits="201110", load="0.4705", slip="-0.657", spin="0.0", rolling="", b4=0.0, b5=0.0, b6=0.0)
+
+
+def shifted(x: float, y: float = 0.0, **more: object) -> str:
+    """A case of which the closest place is at (x, y)."""
+    b4, b5, b6 = -2.0 * 0.002963 * x, -2.0 * 0.002963 * y, 0.002963 * (x**2 + y**2)
+    return SHIFT.format(
+        **({"digits": "001100", "load": 0.4705, "spin": 0.0, "rolling": "", "b4": b4, "b5": b5, "b6": b6} | more)
+    )
+
+
+def test_a_contact_that_moves_over_material_at_rest_rolls(tmp_path: Path) -> None:
+    rolling = shifted(0.0, digits="002100", slip=-0.002, rolling="   0.0   0.25   1000.\n")
+    forces = []
+    for text in (rolling, shifted(0.25, slip=-0.0005)):
+        found = imported(deck_of(tmp_path, BEFORE + text + END))
+        forces.append([solved(each, {}, GRID, tmp_path)["force"] for each in found][1])
+    assert forces[1] == pytest.approx(forces[0], rel=1e-6, abs=1e-9) and forces[0][0] < -0.06
+    back = imported(deck_of(tmp_path, BEFORE + shifted(-0.25, slip=-0.0005) + END))[1]
+    assert back.case is None and back.reason.startswith("IBASE = 1: a contact that moves")
+    # A force relative to the load at a given approach, which is Hertz's.
+    pressed = imported(deck_of(tmp_path, BEFORE + shifted(0.25, digits="001010", load=0.07258, slip=-0.657) + END))[1]
+    assert pressed.case is not None and pressed.case.settings.force is not None
+    assert pressed.case.settings.force.longitudinal_N == pytest.approx(-0.657 * 0.4 * 0.4705, rel=1e-3)
+
+
+def test_spin_turns_about_the_origin_of_a_shifted_contact(tmp_path: Path) -> None:
+    rolling = "   0.0   0.25   1000.\n"
+    text = shifted(1.0, 2.0, digits="203100", slip=-0.002, spin=0.001, rolling=rolling)
+    case = imported(deck_of(tmp_path, text + END))[0].case
+    assert case is not None and case.settings.creepage is not None
+    creepage = case.settings.creepage
+    assert [creepage.longitudinal, creepage.lateral, creepage.spin_rad_mm] == pytest.approx([0.004, -0.001, 0.001])
+
+
 @pytest.mark.parametrize(("change", "reason"), [
     (("022020", "022320"), "M = 3"), (("203100", "200100"), None), (("203100", "233100"), "B = 3"),
     (("022020", "022029"), "E = 9"), (("203100", "202100"), None),
-    (("0.0  0.0  0.0     ", "0.1  0.0  0.0     "), "IBASE = 1"),
+    (("0.001015  0.0  0.0004215", "0.001015  0.1  0.0004215"), "IBASE = 1"),
 ])  # fmt: skip
 def test_what_is_left_out_is_named(tmp_path: Path, change: tuple[str, str], reason: str | None) -> None:
     text = FIRST.format(chi="0.0").replace(*change, 1)

@@ -13,7 +13,7 @@ from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.case import Case, CaseError, Override
-from thermoroll_cli.peer.convert import Axes, LeftOut, converted
+from thermoroll_cli.peer.convert import Axes, Before, LeftOut, converted
 from thermoroll_cli.peer.deck import read_deck
 from thermoroll_cli.peer.reference import output_beside, reference_forces
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -89,13 +89,13 @@ def imported(file: Path, only: int | None = None) -> list[Imported]:
     if only is not None and only > len(cases):
         raise typer.BadParameter(f"{file} has {len(cases)} cases", param_hint="--case")
     found: list[Imported] = []
-    before: dict[int, str] = {}
+    before: dict[tuple[int, int, int], Before] = {}
     for each in cases:
         name = f"{file.stem}_{each.number}"
         try:
-            content, axes = converted(each, file, before.get(each.module, ""))
+            content, axes = converted(each, file, before.get(each.contact))
             found.append(Imported(each.number, Case.from_dict(content, name=name), axes))
-            before[each.module] = name
+            before[each.contact] = Before(name, content, axes)
         except LeftOut as cause:
             found.append(Imported(each.number, reason=str(cause)))
         except CaseError as cause:
@@ -104,7 +104,7 @@ def imported(file: Path, only: int | None = None) -> list[Imported]:
             finding = cause.findings[0]
             found.append(Imported(each.number, reason=f"{finding.key}: {finding.message}"))
         if found[-1].case is None:
-            before.pop(each.module, None)
+            before.pop(each.contact, None)
     return [each for each in found if only is None or each.number == only]
 
 

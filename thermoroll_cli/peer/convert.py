@@ -17,6 +17,7 @@ from typing import Any
 
 from scipy.special import elliprd, elliprf
 
+from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_errors import CaseError, Finding, Span
 from thermoroll_cli.files.csv_table import TableError
 from thermoroll_cli.files.profile_file import read_outline
@@ -37,10 +38,12 @@ class LeftOut(Exception):
 
 @dataclass(frozen=True)
 class Axes:
-    """Signs from forces here (on body 2, or on rails) to CONTACT's, and the side of a wheel."""
+    """Signs from forces here (on body 2, or on rails) to CONTACT's, the side of a wheel, and the place (x, y) in mm of a single
+    contact, whose origin here is where the bodies are closest."""
 
     sign: float
     side: str = ""
+    place: tuple[float, float] = (0.0, 0.0)
 
     def force(self, scalars: Mapping[str, Any]) -> list[float]:
         """[x, y, z] in N in CONTACT's axes from the scalars of a result."""
@@ -49,9 +52,18 @@ class Axes:
         return [self.sign * float(scalars["force_x_N"]), self.sign * float(scalars["force_y_N"]), float(scalars["normal_N"])]
 
 
-def converted(case: DeckCase, deck: Path, before: str) -> tuple[Content, Axes]:
-    """Tables and keys of `case` of the file `deck`, and the axes of its forces; `before` is the name of the case that was
-    written before, from whose state a case over time goes on.
+@dataclass(frozen=True)
+class Before:
+    """A case that was written: its `name`, tables and keys (`content`), and `axes`."""
+
+    name: str
+    content: Content
+    axes: Axes
+
+
+def converted(case: DeckCase, deck: Path, before: Before | None) -> tuple[Content, Axes]:
+    """Tables and keys of `case` of the file `deck`, and the axes of its forces; a case over time goes on from the state of
+    `before`, the one before it of the same contact, if that was written.
 
     Raises LeftOut, and CaseError where a profile is missing.
     """
@@ -170,7 +182,7 @@ def _friction(case: DeckCase) -> Content:
     return {"load": {"friction_coefficient": kinetic + sum(size for size, _ in terms)}, "friction": table}
 
 
-def _contact(case: DeckCase, deck: Path, before: str, content: Content) -> Axes:
+def _contact(case: DeckCase, deck: Path, before: Before | None, content: Content) -> Axes:
     """One contact (module 3)."""
     digits, values, motion, load = case.digits, case.values, case.values["motion"], content.setdefault("load", {})
     steps, rolls = digits["T"] in (1, 2), digits["T"] in (2, 3)
@@ -185,21 +197,36 @@ def _contact(case: DeckCase, deck: Path, before: str, content: Content) -> Axes:
     _leave_out(
         (not backwards and abs(rolling["CHI"]) > 1e-2, f"CHI = {math.degrees(rolling['CHI']):g} degrees: rolling across")
     )
-    along, across, least = _shape(case)
-    content["geometry"] = {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 0.5 / along}
-    content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across}
+    along_2, across_2, least, place = _shape(case)
+    content["geometry"] = {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 0.5 / along_2}
+    content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across_2}
     load |= {"normal_N": motion["FN"]} if digits["N"] else {"approach_um": 1e3 * (motion["FN"] - least)}
-    content["rolling"] = {"speed_m_s": 0.0 if digits["T"] == 1 else 1e-3 * rolling["VELOC"], "differential_slip": False}
-    turn = 1.0 if backwards else -1.0
-    if digits["T"]:
-        _motion(case, turn, content)
+    axes = Axes(-1.0 if backwards else 1.0, place=place)
+    distance = rolling["DQ"]
     if steps:
-        _history(case, rolling["DQ"], before, content)
-    return Axes(-turn)
+        first = digits["P"] == 2 or case.number == 1
+        _leave_out(
+            (not first and digits["P"] != 0, f"P = {digits['P']}: a part of the state before"),
+            (not first and before is None, "P = 0: goes on from a case that is left out"),
+        )
+        before = None if first else before
+        # With T = 1 the material stands still, and a contact that moves over it rolls.
+        there = place if before is None else before.axes.place
+        moved, across = place[0] - there[0], place[1] - there[1]
+        _leave_out((across != 0.0 or moved < 0.0 or (rolls and moved != 0.0), "IBASE = 1: a contact that moves across or back"))
+        distance = moved or distance
+    content["rolling"] = {"speed_m_s": 1e-3 * rolling["VELOC"], "differential_slip": False}
+    if digits["T"] == 1 and not distance:
+        content["rolling"]["speed_m_s"] = 0.0
+    if digits["T"]:
+        _motion(case, axes, distance, content)
+    if steps:
+        _history(case, distance, before, content)
+    return axes
 
 
-def _shape(case: DeckCase) -> tuple[float, float, float]:
-    """Coefficients of x² and y² of the undeformed distance (1/mm), and its least value (mm)."""
+def _shape(case: DeckCase) -> tuple[float, float, float, tuple[float, float]]:
+    """Coefficients of x² and y² of the undeformed distance (1/mm), its least value and the place (x, y) of that in mm."""
     area, shape, read, motion = case.values["area"], case.values["shape"], case.values["material"], case.values["motion"]
     kind, bound = area["IPOTCN"], case.digits["B"]
     same = read["GG1"] == read["GG2"] and read["POISS1"] == read["POISS2"]
@@ -213,65 +240,75 @@ def _shape(case: DeckCase) -> tuple[float, float, float]:
     if kind > 0:
         b1, b2, b3, b4, b5, b6 = shape["B"]
         _leave_out(
-            (b2 != 0.0 or b4 != 0.0 or b5 != 0.0, "IBASE = 1: a paraboloid that is turned, shifted or tilted"),
+            (b2 != 0.0, "IBASE = 1: a paraboloid that is turned"),
             (b1 <= 0.0 or b3 < 0.0, "IBASE = 1: no curvature along rolling, or a concave one"),
             (b3 == 0.0, "IBASE = 1: a cylinder of finite length" if area["MY"] > 1 else LINE),
         )
-        return b1, b3, b6
+        x, y = -0.5 * b4 / b1, -0.5 * b5 / b3
+        return b1, b3, b6 - b1 * x**2 - b3 * y**2, (x, y)
     first, second = area["A"], area["B"]
     compliance = sum((1.0 - read[f"POISS{k}"]) / (2.0 * read[f"GG{k}"]) for k in (1, 2))
     if kind == -1:
-        return first, second, 0.0
+        return first, second, 0.0, (0.0, 0.0)
     if kind == -2:
-        return first, first * float(elliprd(0.0, second**2, 1.0) / elliprd(0.0, 1.0, second**2)), 0.0
+        return first, first * float(elliprd(0.0, second**2, 1.0) / elliprd(0.0, 1.0, second**2)), 0.0, (0.0, 0.0)
     # Hertz: A = s R_D(0, b², a²)/3 and B with a and b exchanged, s = p₀ab/E*, approach s R_F(0, a², b²).
     a, b = first**2, second**2
     scale = 1.5 * motion["FN"] * compliance / math.pi if case.digits["N"] else motion["FN"] / float(elliprf(0.0, a, b))
-    return scale * float(elliprd(0.0, b, a)) / 3.0, scale * float(elliprd(0.0, a, b)) / 3.0, 0.0
+    return scale * float(elliprd(0.0, b, a)) / 3.0, scale * float(elliprd(0.0, a, b)) / 3.0, 0.0, (0.0, 0.0)
 
 
-def _motion(case: DeckCase, turn: float, content: Content) -> None:
-    """Creepages, and forces in place of them."""
-    digits, motion = case.digits, case.values["motion"]
+def _motion(case: DeckCase, axes: Axes, distance: float, content: Content) -> None:
+    """Creepages, and forces in place of them; without a `distance` the slip happens at rest (`_history`)."""
+    digits, motion, load, (x, y) = case.digits, case.values["motion"], content["load"], axes.place
     _leave_out(
-        (digits["F"] > 0 and digits["N"] == 0, f"F = {digits['F']} with N = 0: forces relative to a load that is found"),
-        (digits["F"] > 0 and "friction_coefficient" not in content["load"], "F with V = 1: forces relative to one coefficient"),
+        (digits["F"] > 0 and "friction_coefficient" not in load, "F with V = 1: forces relative to one coefficient"),
+        (digits["T"] == 1 and motion["CPHI"] != 0.0, "T = 1: a rotation (CPHI) over time"),
     )
-    for name, key, given in (("FX", "longitudinal", digits["F"] >= 1), ("FY", "lateral", digits["F"] == 2)):
+    if digits["F"]:
+        limit = load["friction_coefficient"] * (load["normal_N"] if digits["N"] else _load_at(content))
+    # Slip of T = 1 is a length.
+    over = distance if digits["T"] == 1 else 1.0
+    for name, key, given, spin in (
+        ("FX", "longitudinal", digits["F"] >= 1, -motion["CPHI"] * y),
+        ("FY", "lateral", digits["F"] == 2, motion["CPHI"] * x),
+    ):
         if given:
-            limit = content["load"]["friction_coefficient"] * motion["FN"]
-            content.setdefault("force", {})[f"{key}_N"] = -turn * motion[name] * limit
-        elif digits["T"] != 1:
-            content.setdefault("creepage", {})[key] = turn * motion[name]
-    if digits["T"] == 1:
-        _leave_out((motion["CPHI"] != 0.0, "T = 1: a rotation (CPHI) over time"))
-    elif motion["CPHI"]:
+            content.setdefault("force", {})[f"{key}_N"] = axes.sign * motion[name] * limit
+        elif over:
+            content.setdefault("creepage", {})[key] = -axes.sign * (motion[name] + spin) / over
+    if motion["CPHI"]:
         content.setdefault("creepage", {})["spin_rad_mm"] = motion["CPHI"]
 
 
-def _history(case: DeckCase, distance: float, before: str, content: Content) -> None:
+def _load_at(content: Content) -> float:
+    """Hertz's load in N at the approach of a contact: it grows with the power 3/2."""
+    geometry, material = content["geometry"], content["material"]
+    _leave_out(("upper" in material, "F with N = 0: forces relative to a load that is found, between unlike bodies"))
+    modulus = 1e3 * material["youngs_modulus_GPa"] / (2.0 * (1.0 - material["poisson_ratio"] ** 2))
+    unit = hertz_contact(1.0 / geometry["upper_radius_x_mm"], 1.0 / geometry["upper_radius_y_mm"], modulus, 1.0).approach
+    return float((1e-3 * content["load"]["approach_um"] / unit) ** 1.5)
+
+
+def _history(case: DeckCase, distance: float, before: Before | None, content: Content) -> None:
     """One step of a contact over time, from nothing or from the state of the case before."""
-    digits, motion, first = case.digits, case.values["motion"], case.digits["P"] == 2 or case.number == 1
-    _leave_out(
-        (not first and digits["P"] != 0, f"P = {digits['P']}: a part of the state before"),
-        (not first and not before, "P = 0: goes on from a case that is left out"),
-    )
-    history: Content = {"steps": 1, "begin": "pressed" if first else f"{before}.h5"}
-    if digits["T"] == 2:
+    motion, given = case.values["motion"], (case.digits["F"] >= 1, case.digits["F"] == 2)
+    history: Content = {"steps": 1, "begin": f"{before.name}.h5" if before else "pressed"}
+    if distance:
         history["distance_mm"] = [0.0, distance]
     else:
         history |= {
             "time_s": [0.0, 1.0],
             "values": {
                 f"shift.{key}_um": [0.0, -1e3 * motion[name]]
-                for name, key, given in (("FX", "longitudinal", digits["F"] >= 1), ("FY", "lateral", digits["F"] == 2))
-                if not given
+                for name, key, force in zip(("FX", "FY"), ("longitudinal", "lateral"), given, strict=True)
+                if not force
             },
         }
     content["history"] = history
 
 
-def _wheelset(case: DeckCase, deck: Path, before: str, content: Content) -> Axes:
+def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Content) -> Axes:
     """A wheel on a rail (module 1)."""
     digits, values = case.digits, case.values
     needed = ("track", "rail", "deviation", "wheelset", "wheel", "position", "velocity", "grid")

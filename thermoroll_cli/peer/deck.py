@@ -27,14 +27,19 @@ MOTION = ("S", "Y", "Z", "ROLL", "YAW", "PITCH")
 
 @dataclass(frozen=True)
 class DeckCase:
-    """One case: its `number` in the file, the `line` of its last control digits, the module (1 or 3), control digits by name
-    and all values that hold for it. In module 1 only the first digit has its number, C1."""
+    """One case: its `number` in the file, the `line` of its last control digits, the `contact` that it belongs to (module 1 or
+    3, result element, contact patch), control digits by name and all values that hold for it. In module 1 only the first digit
+    has its number, C1."""
 
     number: int
     line: int
-    module: int
+    contact: tuple[int, int, int]
     digits: dict[str, int]
     values: dict[str, Any]
+
+    @property
+    def module(self) -> int:
+        return self.contact[0]
 
 
 def read_deck(path: Path) -> list[DeckCase]:
@@ -134,12 +139,13 @@ def _cases(lines: _Lines) -> Iterator[DeckCase]:
             return
         if module not in (1, 3):
             raise lines.fault(f"module {module} is unknown", allowed="1 (wheel on rail), 3 (one contact) or 0 (the end)")
-        values = kept.setdefault((module, head.get("RE", 0), head.get("CP", 0) if module == 3 else 0), {})
+        contact = module, head.get("RE", 0), head.get("CP", 0) if module == 3 else 0
+        values = kept.setdefault(contact, {})
         while True:
             number += 1
             digits, line = _digits(lines, module), lines.number
             (_wheel_on_rail if module == 1 else _one_contact)(lines, digits, values)
-            yield DeckCase(number, line, module, digits, dict(values))
+            yield DeckCase(number, line, contact, digits, dict(values))
             if digits["R"] in (1, 3):
                 break
 
