@@ -1,4 +1,4 @@
-"""Three-dimensional thermo-elastic rolling contact in the steady state.
+"""Thermo-elastic rolling contact: friction, heat and thermal expansion, with estimated errors.
 
 For notebooks and scripts (docs/read_results.md)::
 

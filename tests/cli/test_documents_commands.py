@@ -163,7 +163,7 @@ def test_tutorial(place: Path) -> None:
 
 
 def test_worked_examples(place: Path) -> None:
-    for block in blocks("examples", "sh") + blocks("article", "sh") + blocks("polymers", "sh"):
+    for block in blocks("examples", "sh") + blocks("article", "sh") + blocks("polymers", "sh") + blocks("bearing", "sh"):
         run(smaller(block).replace(" -o results", " --no-plots -o results"), place)
 
 
