@@ -1,4 +1,4 @@
-"""Thermo-elastic rolling contact: friction, heat and thermal expansion, with estimated errors.
+"""Thermo-elastic rolling contact with friction, heat, thermal expansion and estimated errors.
 
 For notebooks and scripts (docs/read_results.md)::
 

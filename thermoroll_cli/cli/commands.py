@@ -46,7 +46,7 @@ class Commands(TyperGroup):
 app = typer.Typer(
     name="thermoroll",
     cls=Commands,
-    help="Thermo-elastic rolling contact: friction, heat and thermal expansion, with estimated errors.",
+    help="Thermo-elastic rolling contact with friction, heat, thermal expansion and estimated errors.",
     epilog="Exit codes: 0 fine, 1 a bug in the program, 2 usage, 3 invalid case, 4 not converged, "
     "5 input/output, 6 comparison outside tolerance.",
     invoke_without_command=True,
