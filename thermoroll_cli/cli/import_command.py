@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,7 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from thermoroll_cli.atomic import write_bytes
-from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli import options
+from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.peer.convert import Axes, Before, LeftOut, converted
@@ -47,40 +49,38 @@ def import_(
     """
     with options.recorded(file, as_json):
         found = imported(file, case)
-    written = [each for each in found if each.case is not None]
+    written, files = [each.case for each in found if each.case is not None], list[Path]()
+    left_out = [{"case": each.number, "reason": each.reason} for each in found if each.case is None]
+    overrides, compared = options.parse_overrides(settings), list[dict[str, Any]]()
     if written:
         options.check_writable(output)
-    overrides = options.parse_overrides(settings)
-    for each in written:
-        assert each.case is not None
-        write_bytes(output / f"{each.case.name}.toml", each.case.text.encode())
-    left_out = [{"case": each.number, "reason": each.reason} for each in found if each.case is None]
-    record: dict[str, Any] = {
-        "cases": len(found),
-        "written": [each.case.name for each in written if each.case],
-        "left_out": left_out,
-    }
-    if not (as_json or quiet):
-        streams.write(f"{file}: {len(written)} of {len(found)} cases written to {output}")
-        streams.write(*(f"  case {each['case']}: {each['reason']}" for each in left_out))
-    code = ExitCode.FINE if written else ExitCode.INVALID_CASE
+    for one in written:
+        files.append(output / f"{one.name}.toml")
+        write_bytes(files[-1], one.text.encode())
+    record: dict[str, Any] = {"cases": len(found), "written": [one.name for one in written], "left_out": left_out}
     if run:
-        record["compared"] = []
         beside = output_beside(file)
         reference = reference_forces(beside) if beside else {}
-        for each in written:
-            row = solved(each, reference, overrides, output)
-            record["compared"].append(row)
-            if row["status"] != "converged":
-                code = ExitCode.NOT_CONVERGED
-            if not (as_json or quiet):
-                streams.write(
-                    f"  case {row['case']}: {row['status']}, force {_shown(row['force'])} N"
-                    + (f", CONTACT {_shown(row['reference'])} N" if row["reference"] else "")
-                )
-    if as_json:
-        streams.write_json(record)
-    raise typer.Exit(code)
+        with PointsProgress(len(written), quiet=quiet) as progress:
+            for each in found:
+                if each.case is not None:
+                    compared.append(solved(each, reference, overrides, output))
+                    progress.step(f"{each.case.name}: {compared[-1]['status']}")
+        files += [path for one in written if (path := output / f"{one.name}.h5").exists()]
+        record["compared"] = compared
+
+    def lines() -> Iterator[str]:
+        yield f"{file}: {len(written)} of {len(found)} cases written to {output}"
+        yield from (f"  case {each['case']}: {each['reason']}" for each in left_out)
+        for row in compared:
+            yield (f"  case {row['case']}: {row['status']}, force {_shown(row['force'])} N"
+                   + (f", CONTACT {_shown(row['reference'])} N" if row["reference"] else "")
+                   + (f": {row['reason']}" if "reason" in row else ""))
+
+    failed = sum(row["status"] != "converged" for row in compared)
+    code = deliver(Ending(output, as_json, quiet=quiet), file.name, file.stem, write=lambda: files, record=record, lines=lines,
+                   drawable=tuple, reason=f"{failed} of {len(compared)} cases" if failed else "")
+    raise typer.Exit(code if written else ExitCode.INVALID_CASE)
 
 
 def imported(file: Path, only: int | None = None) -> list[Imported]:
