@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import words_of
@@ -27,9 +27,36 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
     All frames have the same axes and colours. Raises ValueError for what has no tractions to show, OSError."""
     if any("shear_x" not in result.fields for result in results):
         raise ValueError("an animation shows tractions of one contact, which these points have not")
-    order = np.argsort(values, kind="stable")
+    order, at = np.argsort(values, kind="stable"), np.asarray(values, dtype=float)
+    largest, sides = max(float(_shear(each).max()) for each in results), np.array([_extent(each) for each in results])
+    force = np.array([math.hypot(each.numbers["force_x_N"], each.numbers["force_y_N"]) for each in results])
+    rise = np.array([max(each.numbers.get(f"temperature_rise_max_{body}_K", np.nan) for body in BODIES) for each in results])
+    images = []
     with style.applied():
-        images = [_frame(results, np.asarray(values, dtype=float), int(current), order, key) for current in order]
+        for current in map(int, order):
+            result, canvas = results[current], FigureCanvasAgg(Figure(figsize=(150.0 * style.MM, 66.0 * style.MM), dpi=100))
+            contact = style.add_axes(canvas.figure, 0.55, 0.45, 2.1, 1.9)
+            forces = style.add_axes(canvas.figure, 3.45, 0.45, 1.75, 1.9)
+            contact.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis")
+            state = result.fields["state"]
+            for inside, colour in ((state > 0, "white"), (state == 1, style.AFTER)):
+                if inside.any() and not inside.all():
+                    contact.contour(1e3 * result.x, 1e3 * result.y, inside.T.astype(float), [0.5], colors=colour,
+                                    linewidths=1.2)
+            contact.set(xlim=(sides[:, 0].min(), sides[:, 1].max()), ylim=(sides[:, 2].min(), sides[:, 3].max()),
+                        aspect="equal", xlabel="x (mm), material flow →", ylabel="y (mm)", facecolor="0.2")
+            style.few_ticks(contact, 4, 4)
+            contact.set_title("shear traction; orange: stick border")
+            _curve(forces, at[order], force[order], at[current], force[current], style.BEFORE)
+            forces.set(xlabel=words_of(key), ylabel="creep force (N)")
+            if np.isfinite(rise).all():
+                right = forces.twinx()
+                _curve(right, at[order], rise[order], at[current], rise[current], style.AFTER)
+                right.set_ylabel("temperature rise (K)", color=style.AFTER)
+                forces.yaxis.label.set_color(style.BEFORE)
+            style.few_ticks(forces, 3, 5)
+            canvas.draw()
+            images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
     # One palette for all, of the frame with most colours: else each frame brings its own, and colours flicker. A GIF may have
     # 256 colours; fewer make it small.
     palette = max(images, key=lambda image: len(image.getcolors(1 << 20) or ())).quantize(96)
@@ -39,38 +66,6 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
                    duration=[160] * (len(frames) - 1) + [1200])  # fmt: skip
     write_bytes(path, content.getvalue())
     return path
-
-
-def _frame(results: Sequence[Result], values: Array, current: int, order: AnyArray, key: str) -> Image.Image:
-    figure = Figure(figsize=(150.0 * style.MM, 66.0 * style.MM), dpi=100)
-    contact = style.add_axes(figure, 0.55, 0.45, 2.1, 1.9)
-    forces = style.add_axes(figure, 3.45, 0.45, 1.75, 1.9)
-    result = results[current]
-    largest = max(float(_shear(each).max()) for each in results)
-    contact.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis")
-    state = result.fields["state"]
-    for inside, colour in ((state > 0, "white"), (state == 1, style.AFTER)):
-        if inside.any() and not inside.all():
-            contact.contour(1e3 * result.x, 1e3 * result.y, inside.T.astype(float), [0.5], colors=colour, linewidths=1.2)
-    sides = np.array([_extent(each) for each in results])
-    contact.set(xlim=(sides[:, 0].min(), sides[:, 1].max()), ylim=(sides[:, 2].min(), sides[:, 3].max()), aspect="equal",
-                xlabel="x (mm), material flow →", ylabel="y (mm)", facecolor="0.2")  # fmt: skip
-    style.few_ticks(contact, 4, 4)
-    contact.set_title("shear traction; orange: stick border")
-    shown, force = values[order], np.array([
-        math.hypot(each.numbers["force_x_N"], each.numbers["force_y_N"]) for each in results])
-    _curve(forces, shown, force[order], values[current], force[current], style.BEFORE)
-    forces.set(xlabel=words_of(key), ylabel="creep force (N)")
-    rise = np.array([max(each.numbers.get(f"temperature_rise_max_{body}_K", np.nan) for body in BODIES) for each in results])
-    if np.isfinite(rise).all():
-        right = forces.twinx()
-        _curve(right, shown, rise[order], values[current], rise[current], style.AFTER)
-        right.set_ylabel("temperature rise (K)", color=style.AFTER)
-        forces.yaxis.label.set_color(style.BEFORE)
-    style.few_ticks(forces, 3, 5)
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def _shear(result: Result) -> AnyArray:

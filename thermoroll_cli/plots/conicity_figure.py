@@ -6,74 +6,65 @@ from __future__ import annotations
 import pathlib
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from thermoroll_cli.plots import style
 from thermoroll_cli.wheelset.conicity import NEIGHBOURS, NOMINAL, Conicity
-from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, sign_of
+from thermoroll_cli.wheelset.wheelset_problem import SIDES, sign_of
 
 
 def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | None = None) -> pathlib.Path:
     """Write the picture to `path`. Raises OSError."""
     with style.applied():
-        return style.save(_figure(found, title), path, dpi)
-
-
-def _figure(found: Conicity, title: str) -> Figure:
-    figure = style.new_figure(style.DOUBLE, 0.78 * style.DOUBLE)
-    (radii, conicity), profiles = figure.subplots(2, 2)
-    shown = np.abs(found.shifts) <= found.amplitudes.max() + 1e-9
-    radii.plot(1e3 * found.shifts[shown], 1e3 * found.radius_difference[shown], color=style.AFTER)
-    radii.set(xlabel="lateral shift (mm)", ylabel="difference of the rolling radii,\nright less left (mm)")
-    amplitudes, values = 1e3 * found.amplitudes, found.conicity
-    conicity.plot(amplitudes, values, color=style.AFTER)
-    words: list[str] = []
-    at, nominal = 1e3 * NOMINAL, found.conicity_at(NOMINAL)
-    if np.isfinite(nominal):
-        conicity.plot([at], [nominal], "o", color=style.BEFORE)
-        words.append(f"{nominal:.3f} at {at:g} mm")
-    if np.isfinite(found.nonlinearity):
-        ends = [found.conicity_at(amplitude) for amplitude in NEIGHBOURS]
-        conicity.plot([1e3 * amplitude for amplitude in NEIGHBOURS], ends, color=style.BEFORE, linestyle="--")
-        words.append(f"nonlinearity {1e-3 * found.nonlinearity:.3f} per mm".replace("-", "−"))
-    conicity.text(0.03, 0.96, "\n".join(words), transform=conicity.transAxes, va="top")
-    high = np.nanmax(values, initial=0.1) if np.isfinite(values).any() else 1.0
-    conicity.set(xlabel="amplitude (mm)", ylabel="equivalent conicity", ylim=(0.0, 1.35 * high),
-                 xlim=(min(float(amplitudes.min()), at), max(float(amplitudes.max()), at)))
-    for axes in (radii, conicity):
-        style.few_ticks(axes, 6, 6, grid=True)
-    for axes, side in zip(profiles, SIDES, strict=True):
-        _draw_contacts(axes, found, side)
-    style.add_headline(figure, title, note="equivalent conicity after EN 15302")
-    style.add_legend(figure, profiles[0].get_legend_handles_labels()[0])
-    return figure
-
-
-def _draw_contacts(axes: Axes, found: Conicity, side: SideName) -> None:
-    """Rail, the wheel of a centred wheelset 12 mm above it, and a line between the places that touch at each whole
-    millimetre; some 10 mm beside these, from 22 mm above to 24 mm below the top of the rail."""
-    problem, sign = found.problem, sign_of(side)
-    rail, wheel = 1e3 * problem.rails[side].samples[:2], 1e3 * problem.wheels[side].samples[:2]
-    drop = 1e3 * problem.wheels[side].radius + 12.0
-    axes.plot(sign * wheel[0], wheel[1] - drop, color=style.AFTER, label="wheel")
-    axes.plot(sign * rail[0], rail[1], color=style.BEFORE, label="rail")
-    most = 1e3 * float(found.amplitudes.max())
-    ends: list[float] = []
-    for whole in range(-int(most), int(most) + 1):
-        k = int(np.argmin(np.abs(1e3 * found.shifts - whole)))
-        if abs(1e3 * found.shifts[k] - whole) > 0.1:
-            continue
-        at = found.contacts[k][side]
-        foot, head = (sign * 1e3 * at.y, 1e3 * at.z), (sign * 1e3 * at.y_wheel, 1e3 * at.radius - drop)
-        axes.plot(*zip(foot, head, strict=True), color="0.35", linewidth=0.6, marker=".", markersize=2.5,
-                  label="places that touch at each mm of the shift" if not ends else "_")
-        if whole % 2 == 0:
-            axes.annotate(f"{whole}".replace("-", "−"), head, ha="center", va="bottom", fontsize=6, xytext=(0.0, 2.0),
-                          textcoords="offset points")
-        ends += [foot[0], head[0]]
-    middle = 0.5 * (min(ends) + max(ends))
-    half = max(0.5 * (max(ends) - min(ends)) + 10.0, 23.0)
-    axes.set(xlim=(middle - half, middle + half), ylim=(24.0, -22.0), aspect="equal", xlabel="y (mm)", ylabel="z (mm)",
-             title=f"{side} wheel")
-    style.few_ticks(axes, 5, 5, grid=True)
+        figure = style.new_figure(style.DOUBLE, 0.78 * style.DOUBLE)
+        (radii, conicity), profiles = figure.subplots(2, 2)
+        shown = np.abs(found.shifts) <= found.amplitudes.max() + 1e-9
+        radii.plot(1e3 * found.shifts[shown], 1e3 * found.radius_difference[shown], color=style.AFTER)
+        radii.set(xlabel="lateral shift (mm)", ylabel="difference of the rolling radii,\nright less left (mm)")
+        amplitudes, values = 1e3 * found.amplitudes, found.conicity
+        conicity.plot(amplitudes, values, color=style.AFTER)
+        words: list[str] = []
+        at, nominal = 1e3 * NOMINAL, found.conicity_at(NOMINAL)
+        if np.isfinite(nominal):
+            conicity.plot([at], [nominal], "o", color=style.BEFORE)
+            words.append(f"{nominal:.3f} at {at:g} mm")
+        if np.isfinite(found.nonlinearity):
+            ends = [found.conicity_at(amplitude) for amplitude in NEIGHBOURS]
+            conicity.plot([1e3 * amplitude for amplitude in NEIGHBOURS], ends, color=style.BEFORE, linestyle="--")
+            words.append(f"nonlinearity {1e-3 * found.nonlinearity:.3f} per mm".replace("-", "−"))
+        conicity.text(0.03, 0.96, "\n".join(words), transform=conicity.transAxes, va="top")
+        high = np.nanmax(values, initial=0.1) if np.isfinite(values).any() else 1.0
+        conicity.set(xlabel="amplitude (mm)", ylabel="equivalent conicity", ylim=(0.0, 1.35 * high),
+                     xlim=(min(float(amplitudes.min()), at), max(float(amplitudes.max()), at)))
+        for axes in (radii, conicity):
+            style.few_ticks(axes, 6, 6, grid=True)
+        # Each rail, the wheel of a centred wheelset 12 mm above it, and a line between the places that touch at each whole
+        # millimetre; some 10 mm beside these, from 22 mm above to 24 mm below the top of the rail.
+        for axes, side in zip(profiles, SIDES, strict=True):
+            problem, sign = found.problem, sign_of(side)
+            rail, wheel = 1e3 * problem.rails[side].samples[:2], 1e3 * problem.wheels[side].samples[:2]
+            drop = 1e3 * problem.wheels[side].radius + 12.0
+            axes.plot(sign * wheel[0], wheel[1] - drop, color=style.AFTER, label="wheel")
+            axes.plot(sign * rail[0], rail[1], color=style.BEFORE, label="rail")
+            most = 1e3 * float(found.amplitudes.max())
+            touched: list[float] = []
+            for whole in range(-int(most), int(most) + 1):
+                k = int(np.argmin(np.abs(1e3 * found.shifts - whole)))
+                if abs(1e3 * found.shifts[k] - whole) > 0.1:
+                    continue
+                touching = found.contacts[k][side]
+                foot = sign * 1e3 * touching.y, 1e3 * touching.z
+                head = sign * 1e3 * touching.y_wheel, 1e3 * touching.radius - drop
+                axes.plot(*zip(foot, head, strict=True), color="0.35", linewidth=0.6, marker=".", markersize=2.5,
+                          label="places that touch at each mm of the shift" if not touched else "_")
+                if whole % 2 == 0:
+                    axes.annotate(f"{whole}".replace("-", "−"), head, ha="center", va="bottom", fontsize=6, xytext=(0.0, 2.0),
+                                  textcoords="offset points")
+                touched += [foot[0], head[0]]
+            middle = 0.5 * (min(touched) + max(touched))
+            half = max(0.5 * (max(touched) - min(touched)) + 10.0, 23.0)
+            axes.set(xlim=(middle - half, middle + half), ylim=(24.0, -22.0), aspect="equal", xlabel="y (mm)", ylabel="z (mm)",
+                     title=f"{side} wheel")
+            style.few_ticks(axes, 5, 5, grid=True)
+        style.add_headline(figure, title, note="equivalent conicity after EN 15302")
+        style.add_legend(figure, profiles[0].get_legend_handles_labels()[0])
+        return style.save(figure, path, dpi)

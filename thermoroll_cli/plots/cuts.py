@@ -3,7 +3,7 @@ temperatures across the track of bodies that bring heat back."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,27 +103,28 @@ def curves_of(frame: RunFrame, quantity: Quantity) -> list[Curve]:
                 curves.append(Curve(drawn.state.x, on_line(drawn.state.y, values, frame.cut_y), shade, dashes, label))
     if not any(curve.values.any() for curve in curves):
         return []
-    return curves + (list(_friction_limits(frame)) if quantity is TRACTION else [])
-
-
-def _friction_limits(frame: RunFrame) -> Iterator[Curve]:
-    """μp along the cut, with the local coefficient where there is one."""
-    for drawn in frame.states:
-        pressure = drawn.values(PRESSURE)
-        if pressure is not None and frame.result.problem.friction.coefficient > 0.0:
-            friction = drawn.state.fields.get("friction_coefficient", frame.result.problem.friction.coefficient)
-            limit = on_line(drawn.state.y, friction * pressure, frame.cut_y)
-            yield Curve(drawn.state.x, limit, "black", style.DOTTED, LIMIT, 1.1)
+    friction = frame.result.problem.friction.coefficient
+    for drawn in frame.states if quantity is TRACTION and friction > 0.0 else ():
+        if (pressure := drawn.values(PRESSURE)) is not None:
+            bound = drawn.state.fields.get("friction_coefficient", friction) * pressure
+            curves.append(Curve(drawn.state.x, on_line(drawn.state.y, bound, frame.cut_y), "black", style.DOTTED, LIMIT, 1.1))
+    return curves
 
 
 def track_figure(frame: RunFrame) -> Figure | None:
     """Surface temperatures of both bodies against y, surroundings included; None where no body brings heat back."""
     drawn = frame.last
-    fields, y = drawn.state.fields, frame.lengths[1]
+    fields, scalars, y = drawn.state.fields, drawn.state.scalars, frame.lengths[1]
     if not any(f"entry_temperature_{body}" in fields for body in BODIES):
         return None
-    curves: dict[str, Mapping[str, Array]] = {
-        body: _across(frame, body) for body in BODIES if f"temperature_rise_{body}" in fields}
+    curves: dict[str, dict[str, Array]] = {}
+    for body in (body for body in BODIES if f"temperature_rise_{body}" in fields):
+        around = scalars[f"surface_temperature_max_{body}_K"] - scalars[f"temperature_rise_max_{body}_K"]
+        rise, entry = fields[f"temperature_rise_{body}"], fields.get(f"entry_temperature_{body}")
+        curves[body] = {"hottest along rolling": rise.max(axis=0) + around}
+        if entry is not None:
+            curves[body] |= {"as it enters": entry[0] + around,
+                             "mean of the surface": np.full(rise.shape[1], scalars[f"bulk_temperature_{body}_K"])}
     largest = max(float(np.abs(values).max()) for kinds in curves.values() for values in kinds.values())
     names: dict[str, str] = {body: body for body in curves}
     one, other = (curves.get(body, {}) for body in BODIES)
@@ -150,15 +151,3 @@ def track_figure(frame: RunFrame) -> Figure | None:
     handles: list[Artist] = axes.get_legend_handles_labels()[0]
     style.add_legend(figure, handles)
     return figure
-
-
-def _across(frame: RunFrame, body: str) -> Mapping[str, Array]:
-    """Temperatures of a body over y, in K above 0."""
-    fields, scalars = frame.last.state.fields, frame.last.state.scalars
-    around = scalars[f"surface_temperature_max_{body}_K"] - scalars[f"temperature_rise_max_{body}_K"]
-    rise, entry = fields[f"temperature_rise_{body}"], fields.get(f"entry_temperature_{body}")
-    curves = {"hottest along rolling": rise.max(axis=0) + around}
-    if entry is not None:
-        curves["as it enters"] = entry[0] + around
-        curves["mean of the surface"] = np.full(rise.shape[1], scalars[f"bulk_temperature_{body}_K"])
-    return curves

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -68,7 +69,14 @@ class Panel:
 
 def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     """A field of every state, of both bodies where they differ, on one scale; None where it was not computed or vanishes."""
-    panels = _panels(frame, quantity)
+    panels, whole = list[Panel](), lives_everywhere(quantity)
+    for body, drawn in itertools.product(frame.bodies(quantity), frame.states):
+        if (values := drawn.values(quantity, body)) is not None:
+            if not (quantity.from_zero or whole):
+                values = _continued(values, drawn.state.fields["state"] > 0)
+            words = ", ".join(filter(None, (drawn.label, f"{body} body" if body else "")))
+            panels.append(Panel(drawn, values, drawn.maximum(quantity, body), words,
+                                quantity.maximum in frame.result.unbounded))
     largest = max((float(np.abs(panel.values).max()) for panel in panels), default=0.0)
     if not largest > 0.0:
         return None
@@ -78,7 +86,6 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
         # Single elements at the end of a crown stand out of the field, and are no part of its maximum.
         high = min(high, max(panel.maximum for panel in panels)) if high > 0.0 else high
     colours = colours_of(quantity, low * scale.factor, high * scale.factor)
-    whole = lives_everywhere(quantity)
     shape = shape_of(frame, whole)
     columns = 1 if shape < FLAT else min(len(panels), 2)
     rows = -(-len(panels) // columns)
@@ -110,20 +117,6 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, map_note(frame, whole))
     style.add_legend(figure, handles)
     return figure
-
-
-def _panels(frame: RunFrame, quantity: Quantity) -> list[Panel]:
-    panels = []
-    for body in frame.bodies(quantity):
-        for drawn in frame.states:
-            values = drawn.values(quantity, body)
-            if values is not None:
-                if not (quantity.from_zero or lives_everywhere(quantity)):
-                    values = _continued(values, drawn.state.fields["state"] > 0)
-                words = ", ".join(filter(None, (drawn.label, f"{body} body" if body else "")))
-                unbounded = quantity.maximum in frame.result.unbounded
-                panels.append(Panel(drawn, values, drawn.maximum(quantity, body), words, unbounded))
-    return panels
 
 
 def _continued(values: Array, inside: NDArray[np.bool_]) -> Array:

@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -33,7 +32,33 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     map_height = min(60.0, max(135.0 * (right - left) / (high - low), 15.0)) * style.MM
     figure = style.new_figure(style.DOUBLE, map_height + 70.0 * style.MM)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(40.0 * style.MM, map_height))
-    _draw_surfaces(top, frame)
+    # Heights over y, and a line where the pressure of each patch acts.
+    geometry, result = frame.result.problem.geometry, frame.result
+    across = frame.lengths[1]
+    y = np.linspace(low, high, 1001)
+    lower, upper = (np.where(np.isfinite(height), height, np.nan) for height in geometry.section(y))
+    # A crown falls without bottom at its very end: three times the approach beyond the other body is enough.
+    reach = 3e-6 * result.coupled.scalars["approach_um"]
+    highest = max(min(float(np.nanmax(height)), float(np.nanmax(lower)) + reach) for height in (lower, upper))
+    lowest = min(max(float(np.nanmin(height)), float(np.nanmin(upper)) - reach) for height in (lower, upper))
+    margin = 0.08 * (highest - lowest or 1e-5)  # straight surfaces need some room, too
+    depth = AxisScale(*unit_for("m", max(highest, -lowest, margin)), "height")
+    for height, words, colour in ((upper, "upper body", style.AFTER), (lower, "lower body", style.BEFORE)):
+        top.plot(y * across.factor, height * depth.factor, color=colour, label=f"{words}, unloaded")
+    for body, profile in geometry.profiles:
+        if profile.measured:
+            # Both surfaces are drawn upwards, so what is out of the upper body is drawn downwards.
+            (own, given), smoothed = np.array(profile.measured).T, np.array(profile.points)[:, 1]
+            y = own + profile.offset
+            height = geometry.section(y)[body == "upper"] + (given - smoothed) * (-1.0 if body == "upper" else 1.0)
+            top.plot(y * across.factor, height * depth.factor, "k.", markersize=2.0, zorder=1,
+                      label=f"{body} body before smoothing")
+    for number, patch in enumerate(result.records):
+        top.axvline(patch["y_mm"] * 1e-3 * across.factor, color="0.5", linewidth=0.8, linestyle=style.DOTTED,
+                     label="_" if number else "centre of pressure of a patch")
+    top.set_ylim((lowest - margin) * depth.factor, (highest + margin) * depth.factor)
+    top.set_ylabel(depth.label)
+    style.few_ticks(top, 8, 4, grid=True)
     scale = frame.scale(PRESSURE, float(pressure.max()))
     largest = drawn.maximum(PRESSURE) if PRESSURE.maximum not in frame.result.unbounded else float(pressure.max())
     image = draw_map(bottom, turned, drawn, pressure * scale.factor, colours_of(PRESSURE, 0.0, largest * scale.factor))
@@ -47,36 +72,6 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     handles, _ = top.get_legend_handles_labels()
     style.add_legend(figure, handles)
     return figure
-
-
-def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
-    """Heights over y; a line where the pressure of each patch acts."""
-    geometry, result = frame.result.problem.geometry, frame.result
-    across, (_, _, left, right) = frame.lengths[1], frame.domain
-    y = np.linspace(left, right, 1001)
-    lower, upper = (np.where(np.isfinite(height), height, np.nan) for height in geometry.section(y))
-    # A crown falls without bottom at its very end: three times the approach beyond the other body is enough.
-    reach = 3e-6 * result.coupled.scalars["approach_um"]
-    high = max(min(float(np.nanmax(height)), float(np.nanmax(lower)) + reach) for height in (lower, upper))
-    low = min(max(float(np.nanmin(height)), float(np.nanmin(upper)) - reach) for height in (lower, upper))
-    margin = 0.08 * (high - low or 1e-5)  # straight surfaces need some room, too
-    depth = AxisScale(*unit_for("m", max(high, -low, margin)), "height")
-    for height, words, colour in ((upper, "upper body", style.AFTER), (lower, "lower body", style.BEFORE)):
-        axes.plot(y * across.factor, height * depth.factor, color=colour, label=f"{words}, unloaded")
-    for body, profile in geometry.profiles:
-        if profile.measured:
-            # Both surfaces are drawn upwards, so what is out of the upper body is drawn downwards.
-            (own, given), smoothed = np.array(profile.measured).T, np.array(profile.points)[:, 1]
-            y = own + profile.offset
-            height = geometry.section(y)[body == "upper"] + (given - smoothed) * (-1.0 if body == "upper" else 1.0)
-            axes.plot(y * across.factor, height * depth.factor, "k.", markersize=2.0, zorder=1,
-                      label=f"{body} body before smoothing")
-    for number, patch in enumerate(result.records):
-        axes.axvline(patch["y_mm"] * 1e-3 * across.factor, color="0.5", linewidth=0.8, linestyle=style.DOTTED,
-                     label="_" if number else "centre of pressure of a patch")
-    axes.set_ylim((low - margin) * depth.factor, (high + margin) * depth.factor)
-    axes.set_ylabel(depth.label)
-    style.few_ticks(axes, 8, 4, grid=True)
 
 
 def draw_wear(
@@ -106,18 +101,15 @@ def draw_wear(
         for axis in axes[len(worn) :]:
             axis.set_ylim(0.0, None)
         for axis, places in zip(axes[len(worn) + 1 :], limits.values(), strict=True):
-            _draw_regimes(axis, 1e-6 * np.array(places))
+            # Where one regime of wear ends and the next begins, as far as the axis reaches.
+            top = axis.get_ylim()[1]
+            edges = [0.0, *(1e-6 * place for place in places if 1e-6 * place < top), top]
+            for number, (low, high) in enumerate(pairwise(edges), 1):
+                axis.axhline(low, color="0.5", linewidth=0.8, linestyle=style.DOTTED)
+                axis.text(0.01, 0.5 * (low + high), f"regime {number}", transform=axis.get_yaxis_transform(), va="center",
+                          fontsize=7)
+            axis.set_ylim(0.0, top)
         axes[-1].set_xlabel("y (mm)")
         figure.colorbar(colours, ax=list(axes), label="distance rolled (km)")
         style.add_headline(figure, title, converged)
         return style.save(figure, path, dpi)
-
-
-def _draw_regimes(axes: Axes, places: Array) -> None:
-    """Lines at the `places` where one regime of wear ends and the next begins, as far as the axes reach, and their numbers."""
-    top = axes.get_ylim()[1]
-    edges = [0.0, *(place for place in places if place < top), top]
-    for number, (low, high) in enumerate(pairwise(edges), 1):
-        axes.axhline(low, color="0.5", linewidth=0.8, linestyle=style.DOTTED)
-        axes.text(0.01, 0.5 * (low + high), f"regime {number}", transform=axes.get_yaxis_transform(), va="center", fontsize=7)
-    axes.set_ylim(0.0, top)

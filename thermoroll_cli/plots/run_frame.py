@@ -185,8 +185,8 @@ class RunFrame:
 
 
 def frame_of(result: Result, normalised: bool = False, cut_y: float | None = None) -> RunFrame:
-    """The frame of a result; the cut, if not given (m), runs along y = 0, or passes as much as it can of all maxima where y = 0
-    misses them.
+    """The frame of a result; the cut, if not given (m), runs along y = 0, or along the row that passes the largest share of
+    every maximum if y = 0 passes less than 0.9 of that.
 
     Raises ValueError for a cut outside the domain.
     """
@@ -203,7 +203,11 @@ def frame_of(result: Result, normalised: bool = False, cut_y: float | None = Non
         window = (max(domain[0], low[0] - rim[0]), min(domain[1], high[0] + rim[0]),
                   max(domain[2], low[1] - rim[1]), min(domain[3], high[1] + rim[1]))
     if cut_y is None:
-        cut_y = _best_cut(drawn[-1])
+        rows, quantities = drawn[-1].state.y, [drawn[-1].values(quantity) for quantity in QUANTITIES.values()]
+        fields: list[Any] = [values / np.abs(values).max() for values in quantities if values is not None and values.any()]
+        shares = np.min([np.abs(values).max(axis=0) for values in fields], axis=0) if fields else np.zeros(1)
+        middle = min((float(np.abs(on_line(rows, values, 0.0)).max()) for values in fields), default=1.0)
+        cut_y = 0.0 if middle >= 0.9 * shares.max() else float(rows[int(shares.argmax())])
     elif not domain[2] <= cut_y <= domain[3]:
         raise ValueError(f"the cut y = {1e3 * cut_y:g} mm is outside the domain, "
                          f"{1e3 * domain[2]:.4g} mm to {1e3 * domain[3]:.4g} mm")
@@ -241,18 +245,6 @@ def unit_for(unit: str, largest: float) -> tuple[float, str]:
     if largest > 0.0 and math.isfinite(largest) and not READABLE[0] <= largest / size < READABLE[1]:
         name, size = next((step for step in reversed(ladder) if largest >= step[1]), ladder[0])
     return 1.0 / size, name
-
-
-def _best_cut(drawn: DrawnState) -> float:
-    """y = 0, or the y of the row that passes the largest share of every maximum if y = 0 passes less than 0.9 of that."""
-    rows = drawn.state.y
-    quantities = [drawn.values(quantity) for quantity in QUANTITIES.values()]
-    fields: list[Any] = [values for values in quantities if values is not None and values.any()]
-    if not fields:
-        return 0.0
-    shares = np.min([np.abs(values).max(axis=0) / np.abs(values).max() for values in fields], axis=0)
-    middle = min(float(np.abs(on_line(rows, values, 0.0)).max() / np.abs(values).max()) for values in fields)
-    return 0.0 if middle >= 0.9 * shares.max() else float(rows[int(shares.argmax())])
 
 
 def _around(boxes: Iterable[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:

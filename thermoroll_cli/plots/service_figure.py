@@ -38,10 +38,13 @@ def draw_service(
             shown = axes[body]
             for side in sides:
                 new, worn = outlines[f"{body}_{side}"]
-                y, z, exaggerated = _exaggerated(new, worn)
-                shown.plot(y, z, color="0.5", linewidth=0.8)
-                colour = style.BEFORE if body == "rail" else style.AFTER
-                shown.plot(exaggerated[0], exaggerated[1], STYLES[side], color=colour)
+                samples = exaggerated = 1e3 * curve(new).samples[:2]
+                if worn is not new:  # with ten times the depth
+                    points = 1e3 * np.array(worn).T
+                    nearest = [int(np.argmin(np.hypot(*(samples - point[:, None])))) for point in points.T]
+                    exaggerated = samples[:, nearest] + 10.0 * (points - samples[:, nearest])
+                shown.plot(*samples, color="0.5", linewidth=0.8)
+                shown.plot(*exaggerated, STYLES[side], color=style.BEFORE if body == "rail" else style.AFTER)
             shown.set(xlabel="y to the field side (mm)", ylabel="z (mm)", title=f"{body}, depth ten times")
             shown.invert_yaxis()
         for prefix, label in CURVES.items():
@@ -62,14 +65,3 @@ def draw_service(
         style.add_headline(figure, title, converged,
                            note="left side dashed; bands: estimated errors" if len(sides) > 1 else "")
         return style.save(figure, path, dpi)
-
-
-def _exaggerated(new: Points, worn: Points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """y and z of the new outline in mm, and (2, n) of it with ten times the depth."""
-    samples = 1e3 * curve(new).samples[:2]
-    if worn is new:
-        return samples[0], samples[1], samples
-    points = 1e3 * np.array(worn).T
-    nearest = np.array([int(np.argmin(np.hypot(*(samples - point[:, None])))) for point in points.T])
-    at = samples[:, nearest]
-    return samples[0], samples[1], at + 10.0 * (points - at)

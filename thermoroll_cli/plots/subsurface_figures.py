@@ -58,10 +58,26 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
             words = f", hottest at {frame.place_words(hottest)}" if off else ""
             grid[1, 0].set_title(frame.place_words(place) + words)
         _draw_lines(grid[1, 1], frame, stresses, "temperature_rise", rise)
+        # 1.25 times the depth that heat reaches: behind a fast source a skin of the depth of the stresses.
+        heated = np.abs(stresses.plane["temperature_rise"]).max(axis=1)
+        warm = int(np.flatnonzero(heated > 0.01 * heated.max()).max(initial=1))
+        deepest = stresses.depths[min(warm + 1, stresses.depths.size - 1)]
         for axes in grid[1]:
-            axes.set_ylim(_heated_depth(stresses) * x.factor, 0.0)
+            axes.set_ylim(float(min(stresses.depths[-1], 1.25 * deepest)) * x.factor, 0.0)
     if interfaces:
-        _draw_layers(grid[-1], frame, stresses, stress)
+        # The shear stress that interfaces carry over x and depth, and largest stresses of the plane over depth.
+        left, right = grid[-1]
+        shear = np.hypot(stresses.plane["stress_xz"], stresses.plane["stress_yz"])
+        principal, _ = principal_and_shear(np.stack([stresses.plane[name] for name in STRESSES]))
+        over = stress.words.rsplit("/", 1)[1]
+        _draw_plane(left, frame, stresses, shear, "viridis", replace(stress, words=rf"shear stress $|\tau_z|/{over}"))
+        for name, values, colour, dashes in (("von Mises stress", stresses.plane["von_mises"], style.AFTER, style.DASHED),
+                                             ("shear stress", shear, style.BEFORE, "solid"),
+                                             ("principal stress", principal, style.ALERT, style.DOTTED)):
+            right.plot(values.max(axis=1) * stress.factor, stresses.depths * x.factor, color=colour, linestyle=dashes,
+                       label=f"largest over x: {name}")
+        right.set(xlabel=rf"largest stress over x, $\sigma/{over}", ylabel=x.label.replace("x", "z"))
+        style.few_ticks(right, 5, 5, grid=True)
         for axes, colour in zip(grid[[0, -1]].flat, ("white", "0.3") * 2, strict=True):
             for depth in interfaces:
                 axes.axhline(depth * x.factor, color=colour, linewidth=0.7, label="interfaces")
@@ -113,30 +129,6 @@ def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, 
     axes.set_ylim(z[-1], 0.0)
     axes.set(xlabel=scale.label, ylabel=lengths.label.replace("x", "z"))
     style.few_ticks(axes, 5, 5, grid=True)
-
-
-def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: AxisScale) -> None:
-    """The shear stress that interfaces carry over x and depth, and largest stresses of the plane over depth."""
-    shear = np.hypot(stresses.plane["stress_xz"], stresses.plane["stress_yz"])
-    principal, _ = principal_and_shear(np.stack([stresses.plane[name] for name in STRESSES]))
-    peak, lengths = scale.words.rsplit("/", 1)[1], frame.lengths[0]
-    _draw_plane(row[0], frame, stresses, shear, "viridis", replace(scale, words=rf"shear stress $|\tau_z|/{peak}"))
-    for name, values, colour, dashes in (("von Mises stress", stresses.plane["von_mises"], style.AFTER, style.DASHED),
-                                         ("shear stress", shear, style.BEFORE, "solid"),
-                                         ("principal stress", principal, style.ALERT, style.DOTTED)):
-        row[1].plot(values.max(axis=1) * scale.factor, stresses.depths * lengths.factor, color=colour, linestyle=dashes,
-                    label=f"largest over x: {name}")
-    row[1].set(xlabel=rf"largest stress over x, $\sigma/{peak}", ylabel=lengths.label.replace("x", "z"))
-    style.few_ticks(row[1], 5, 5, grid=True)
-
-
-def _heated_depth(stresses: BodyStresses) -> float:
-    """Depth (m) of the diagrams of temperatures, 1.25 times that which heat reaches (0.01 of the largest rise): behind a fast
-    source that is a skin of the depth of the stresses."""
-    rise = np.abs(stresses.plane["temperature_rise"]).max(axis=1)
-    warm = int(np.flatnonzero(rise > 0.01 * rise.max()).max(initial=1))
-    deepest = float(stresses.depths[-1])
-    return min(deepest, 1.25 * float(stresses.depths[min(warm + 1, stresses.depths.size - 1)]))
 
 
 def strength_figure(frame: RunFrame, body: str) -> Figure | None:

@@ -79,14 +79,21 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     grid = figure.subplots(rows, wide, squeeze=False)
     for axes in grid.flat[len(diagrams) or 1:]:
         axes.set_visible(False)
-    if len(over) == 2 and _is_grid(good, over):
+    counts = [np.unique(column[np.isfinite(column)]).size for column in (good[name] for name in over)]
+    # Two quantities of five values or more each, and a point for most pairs.
+    if len(over) == 2 and min(counts) >= 5 and x.size >= 0.8 * counts[0] * counts[1]:
         for axes, (label, names) in zip(grid.flat, diagrams, strict=False):
             _draw_map(axes, good, names, over, failed)
             axes.set_title(label)
     else:
         lines = list(_lines_of(table, over, x, failed))
         theories = {theory: [_theory_curve(columns, theory, x, line, words) for line in lines] for theory in compare}
-        handles = _line_handles(lines)
+        # Some ten of many lines.
+        handles: list[Artist] = [Line2D([], [], color=line.colour, label=line.label)
+                                 for line in lines[:: -(-len(lines) // 10)] if len(lines) > 1]
+        if any(line.missed.size for line in lines):
+            handles.append(Line2D([], [], color="0.2" if len(lines) > 1 else style.ALERT, linestyle="none", marker="x",
+                                  markersize=4.0, label=style.NOT_CONVERGED))
         for place, (axes, (label, names)) in enumerate(zip(grid.flat, diagrams, strict=False)):
             endless = np.array([not set(names).isdisjoint(str(cell).split()) for cell in table.get("unbounded", [""] * x.size)])
             handles += _draw_diagram(axes, x, good, names, errors(scalars, names), endless, lines, theories)
@@ -126,47 +133,25 @@ def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], ov
     return any(worth_showing(name, points, over) and not (wanting and says_nothing(name)) for name in names)
 
 
-def _is_grid(table: Numbers, over: Sequence[str]) -> bool:
-    """Whether two swept quantities have five values or more each, and a point for most pairs."""
-    counts = [np.unique(column[np.isfinite(column)]).size for column in (table[name] for name in over)]
-    return min(counts) >= 5 and len(table[over[0]]) >= 0.8 * counts[0] * counts[1]
-
-
 def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.bool_]) -> Iterator[Line]:
     """A line for each combination of the further quantities, in the order in which they are given."""
     keys = [tuple(table[name][row] for name in over[1:]) for row in range(x.size)]
     distinct = list(dict.fromkeys(keys))
-    for key, colour in zip(distinct, _colours(len(distinct)), strict=True):
+    # The colours of the style as far as they go, or in order from a map, but not to its end: its yellow hardly shows on white.
+    colours = [f"C{place}" for place in range(len(distinct))] if len(distinct) <= 8 else [
+        to_hex(colormaps["viridis"](0.92 * place)) for place in np.linspace(0.0, 1.0, len(distinct))]
+    for key, colour in zip(distinct, colours, strict=True):
         own = np.array([other == key for other in keys]) & np.isfinite(x)
         rows = np.flatnonzero(own & ~failed)
         label = ", ".join(with_value(name, value) for name, value in zip(over[1:], key, strict=True))
         yield Line(rows[np.argsort(x[rows], kind="stable")], np.unique(x[own & failed]), label, colour)
 
 
-def _colours(count: int) -> list[str]:
-    """A colour for each line, none of them twice: those of the style as far as they go, or in order from a colour map."""
-    if count <= 8:
-        return [f"C{place}" for place in range(count)]
-    # Not to the end of the map: its yellow hardly shows on white.
-    return [to_hex(colormaps["viridis"](0.92 * place)) for place in np.linspace(0.0, 1.0, count)]
-
-
-def _line_handles(lines: list[Line]) -> list[Artist]:
-    handles: list[Artist] = []
-    if len(lines) > 1:
-        # Some ten of them.
-        handles += [Line2D([], [], color=line.colour, label=line.label) for line in lines[:: -(-len(lines) // 10)]]
-    if any(line.missed.size for line in lines):
-        colour = "0.2" if len(lines) > 1 else style.ALERT
-        handles.append(Line2D([], [], color=colour, linestyle="none", marker="x", markersize=4.0, label=style.NOT_CONVERGED))
-    return handles
-
-
 def _draw_diagram(
     axes: Axes, x: Column, table: Numbers, names: Sequence[str], error: Column, endless: NDArray[np.bool_], lines: list[Line],
     theories: dict[str, list[dict[str, Column]]],
 ) -> list[Artist]:
-    """The curves of a diagram; returns handles for the legend of all but the lines themselves."""
+    """The curves of a diagram, and the points that failed; returns handles for the legend of all but the lines themselves."""
     values, error = merged(table, names), np.nan_to_num(error)
     assert values is not None
     handles: list[Artist] = []
@@ -187,8 +172,8 @@ def _draw_diagram(
         if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
             handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit")]
-        if names[0] in FORCES and (place := _maximum(x[rows], values[rows], falling[rows])) is not None:
-            axes.plot(*place, **MAXIMUM, color=line.colour)
+        if names[0] in FORCES and (top := _maximum(x[rows], values[rows], falling[rows])) is not None:
+            axes.plot(*top, **MAXIMUM, color=line.colour)
             handles += [Line2D([], [], color="0.2", **MAXIMUM, label="maximum, where friction falls")]
     # The linear theory goes on without limit, and alone is cut off by the diagram.
     for theory, curves in sorted(theories.items(), key=lambda each: each[0] == "linear"):
@@ -201,9 +186,20 @@ def _draw_diagram(
     if names[0] == "gamma_st":
         low, high = axes.get_ylim()
         axes.set_ylim(max(low, -0.05), min(high, 1.05))
-    _mark_failed(axes, lines)
-    if names[0] in FORCES:
-        _add_share_of_limit(axes, table, names[0])
+    # A point that failed has no value: it is marked at the foot, above each other where several lines fail at one place.
+    failed = [line for line in lines if line.missed.size]
+    for place, line in enumerate(failed):
+        height = 0.04 + 0.3 * place / max(len(failed), 6)
+        axes.plot(line.missed, np.full(line.missed.size, height), "x", markersize=4.0,
+                  color=line.colour if len(lines) > 1 else style.ALERT, transform=axes.get_xaxis_transform())
+    limits = table.get("friction_limit_N", np.empty(0))
+    limits = limits[np.isfinite(limits)]
+    if names[0] in FORCES and limits.size and 0.0 <= np.ptp(limits) <= STEADY * limits[0]:
+        # An axis at the right with the force over μW, which is the same for all points.
+        limit: Any = limits[0]
+        right = axes.secondary_yaxis("right", functions=(lambda force: np.divide(force, limit),
+                                                         lambda share: np.multiply(share, limit)))
+        right.set_ylabel(rf"$F_{names[0][6]}/(\mu W)$")
     return handles
 
 
@@ -284,28 +280,6 @@ def _not_closer_than(axes: Axes, error: float) -> None:
     low, high = axes.get_ylim()
     middle, half = 0.5 * (low + high), max(0.5 * (high - low), 3.0 * error, 5e-4 * max(abs(low), abs(high)))
     axes.set_ylim(middle - half, middle + half)
-
-
-def _add_share_of_limit(axes: Axes, table: Numbers, name: str) -> None:
-    """An axis at the right with the force over μW, if μW is the same for all points."""
-    limits = table.get("friction_limit_N", np.empty(0))
-    limits = limits[np.isfinite(limits)]
-    if limits.size == 0 or not 0.0 <= np.ptp(limits) <= STEADY * limits[0]:
-        return
-    limit: Any = limits[0]
-    both = (lambda force: np.divide(force, limit), lambda share: np.multiply(share, limit))
-    right = axes.secondary_yaxis("right", functions=both)
-    right.set_ylabel(rf"$F_{name[6]}/(\mu W)$")
-
-
-def _mark_failed(axes: Axes, lines: list[Line]) -> None:
-    """At the foot of the diagram, since a point that failed has no value: in the colour of its line, and above each other where
-    several lines fail at one place."""
-    failed = [line for line in lines if line.missed.size]
-    for place, line in enumerate(failed):
-        height = 0.04 + 0.3 * place / max(len(failed), 6)
-        axes.plot(line.missed, np.full(line.missed.size, height), "x", markersize=4.0,
-                  color=line.colour if len(lines) > 1 else style.ALERT, transform=axes.get_xaxis_transform())
 
 
 def numbers(values: Sequence[Any]) -> Column:

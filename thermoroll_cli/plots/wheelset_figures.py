@@ -22,6 +22,8 @@ from thermoroll_cli.plots.maps import draw_borders, kinds_of_borders
 from thermoroll_cli.plots.run_frame import Borders, borders_of
 from thermoroll_cli.problem.result import Result
 
+PLACE, DIFFERENCE = ".y_rail_mm", "rolling_radius_difference_mm"
+"""Columns that a sweep draws besides forces: of each patch, and of the wheelset."""
 WINDOW = (56.0, -26.0, 40.0)
 """Half-width of a cross-section about the middle of the rail, and its highest and lowest z, in mm."""
 
@@ -34,7 +36,20 @@ def section_figure(result: Result) -> Figure:
     figure = style.new_figure(style.DOUBLE, style.DOUBLE * (low - high) / (2.0 * width * len(sides)) + 26.0 * style.MM)
     peak = max((patch["pressure_max_MPa"] for patch in result.contacts), default=1.0)
     for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
-        _draw_section(axes, result, side, peak)
+        rail, wheel = (1e3 * result.lines[f"{body}_{side}"] for body in ("rail", "wheel"))
+        axes.plot(*rail, color=style.BEFORE, label="rail")
+        axes.plot(*wheel, color=style.AFTER, label="wheel")
+        words = []
+        for patch in (patch for patch in result.contacts if patch.record["side"] == side):
+            record = patch.record
+            tip = _draw_comb(axes, patch, peak)
+            axes.annotate(str(record["number"]), tip, ha="center", va="bottom", xytext=(0.0, 1.0), textcoords="offset points")
+            words.append(f"patch {record['number']}: {1e-3 * record['normal_N']:.3g} kN, {record['pressure_max_MPa']:.0f} MPa, "
+                         f"angle {record['angle_mrad']:.0f} mrad".replace("-", "−"))
+        middle = 0.5 * (rail[0].min() + rail[0].max())
+        axes.set(xlim=(middle - width, middle + width), ylim=(low, high), aspect="equal", xlabel="y (mm)")
+        axes.set_title("\n".join([f"{side} wheel", *(words or ["no contact" if result.converged else "no patch was solved"])]))
+        style.few_ticks(axes, 6, 5, grid=True)
     figure.axes[0].set_ylabel("z (mm)")
     scale = f", largest pressure {peak:.0f} MPa" if result.contacts else ""
     style.add_headline(figure, result.problem.title, result.converged, f"seen from behind{scale}")
@@ -42,24 +57,6 @@ def section_figure(result: Result) -> Figure:
     handles = [axes.get_legend_handles_labels()[0] for axes in figure.axes]
     style.add_legend(figure, max(handles, key=len))
     return figure
-
-
-def _draw_section(axes: Axes, result: Result, side: str, peak: float) -> None:
-    width, high, low = WINDOW
-    rail, wheel = (1e3 * result.lines[f"{body}_{side}"] for body in ("rail", "wheel"))
-    axes.plot(*rail, color=style.BEFORE, label="rail")
-    axes.plot(*wheel, color=style.AFTER, label="wheel")
-    words = []
-    for patch in (patch for patch in result.contacts if patch.record["side"] == side):
-        record = patch.record
-        tip = _draw_comb(axes, patch, peak)
-        axes.annotate(str(record["number"]), tip, ha="center", va="bottom", xytext=(0.0, 1.0), textcoords="offset points")
-        words.append(f"patch {record['number']}: {1e-3 * record['normal_N']:.3g} kN, {record['pressure_max_MPa']:.0f} MPa, "
-                     f"angle {record['angle_mrad']:.0f} mrad".replace("-", "−"))
-    middle = 0.5 * (rail[0].min() + rail[0].max())
-    axes.set(xlim=(middle - width, middle + width), ylim=(low, high), aspect="equal", xlabel="y (mm)")
-    axes.set_title("\n".join([f"{side} wheel", *(words or ["no contact" if result.converged else "no patch was solved"])]))
-    style.few_ticks(axes, 6, 5, grid=True)
 
 
 def _draw_comb(axes: Axes, patch: Result, peak: float) -> tuple[float, float]:
@@ -169,7 +166,8 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
     """Over a swept key: places of the contacts on both rails, difference of the rolling radii, and forces on both rails.
     `columns` are those of the table of a sweep."""
     order = np.argsort(np.asarray(columns[over], dtype=float), kind="stable")
-    table = {name: np.asarray(column, dtype=float)[order] for name, column in columns.items() if name == over or _drawn(name)}
+    table = {name: np.asarray(column, dtype=float)[order] for name, column in columns.items()
+             if name in (over, DIFFERENCE) or name.endswith((PLACE, ".normal_N")) or name.startswith("track_force_")}
     at = table[over]
     figure = style.new_figure(style.DOUBLE, 1.6 * style.SINGLE)
     places, radii, forces = figure.subplots(3, 1, sharex=True)
@@ -193,11 +191,3 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
     style.add_headline(figure, title, all(status == "converged" for status in columns["status"]))
     style.add_legend(figure, [*places.get_legend_handles_labels()[0], *forces.get_legend_handles_labels()[0]])
     return figure
-
-
-PLACE, DIFFERENCE = ".y_rail_mm", "rolling_radius_difference_mm"
-"""Columns that a sweep draws besides forces: of each patch, and of the wheelset."""
-
-
-def _drawn(name: str) -> bool:
-    return name.endswith((PLACE, ".normal_N")) or name.startswith("track_force_") or name == DIFFERENCE

@@ -9,8 +9,6 @@ import numpy as np
 
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.refinement.level import Level
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.heated_bodies import LEAST_SPEED, heated_bodies
 from thermoroll_cli.steady_state.iteration import friction_of, reserve
 from thermoroll_cli.steady_state.scalars import power_balance_error
@@ -80,11 +78,22 @@ def _heat_failures(cold: Level, hot: Level) -> Iterator[str]:
         yield (f"the heated contact has left each of {tried} domains that followed it: no steady state was found, which does "
                "not show that there is none; lower the speed or the creepage")
         return
+    if not coupled.converged and coupled.heat_reached < 1.0:
+        share = 100.0 * coupled.heat_reached
+        yield (f"at the slip that was reached no pressure was found in balance with more than {share:.3g} % of its own "
+               "heat: raising it further failed, which does not show that there is no steady state; lower "
+               "the speed or the creepage, or try a finer numerics.grid")
+        return
     if not coupled.converged:
-        yield _not_coupled(coupled)
+        yield (f"thermal coupling with all of the heat stopped after {coupled.iterations} iterations at a residual of "
+               f"{coupled.residual:.1e} of the approach: no steady state was found, which does not show that there is none; "
+               "try a finer or coarser numerics.grid, or lower the speed or the creepage")
         return
     unresolved = power_balance_error(hot.contact.tangential, hot.here.grid.element_area)
-    if unresolved * min(_expansion_over_approach(hot), 1.0) > UNRESOLVED_HEAT:
+    # How much the thermal expansion varies over the contact, over the approach.
+    expansion, inside = hot.contact.expansion, hot.contact.normal.contact
+    bulge = 0.0 if expansion is None else float(np.ptp(expansion[inside])) / hot.here.derived.scales.approach
+    if unresolved * min(bulge, 1.0) > UNRESOLVED_HEAT:
         yield (f"{100.0 * unresolved:.0f} % of the heat that shapes the contact is made in slip zones narrower "
                "than an element: set a finer numerics.grid, or lower the speed or the creepage")
     # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
@@ -94,36 +103,8 @@ def _heat_failures(cold: Level, hot: Level) -> Iterator[str]:
                "trust: set a finer numerics.grid")
 
 
-def _not_coupled(coupled: SteadyState) -> str:
-    """Which criterion the coupled state has failed: whether its pressure has no balance with the heat, or is not found."""
-    if coupled.heat_reached < 1.0:
-        share = 100.0 * coupled.heat_reached
-        return (f"at the slip that was reached no pressure was found in balance with more than {share:.3g} % of its own "
-                "heat: raising it further failed, which does not show that there is no steady state; lower "
-                "the speed or the creepage, or try a finer numerics.grid")
-    return (f"thermal coupling with all of the heat stopped after {coupled.iterations} iterations at a residual of "
-            f"{coupled.residual:.1e} of the approach: no steady state was found, which does not show that there is none; try a "
-            "finer or coarser numerics.grid, or lower the speed or the creepage")
-
-
-def _expansion_over_approach(level: Level) -> float:
-    """Variation of the thermal expansion over the contact, over the approach."""
-    expansion, inside = level.contact.expansion, level.contact.normal.contact
-    return 0.0 if expansion is None else float(np.ptp(expansion[inside])) / level.here.derived.scales.approach
-
-
 MOST_RELAXED = 100.0
 """Relaxed over instantaneous compliance up to which pressures have been found at any speed."""
-
-
-def _relaxes_much(derived: DerivedQuantities) -> str:
-    """Further advice for bodies that relax beyond that."""
-    if derived.relaxing is None:
-        return ""
-    ratio = derived.relaxing.surface_modulus / derived.relaxing.relaxed_modulus(derived.relaxing.surface_modulus)
-    return "" if ratio <= MOST_RELAXED else (
-        f", another rolling.speed_m_s, or a relaxation that leaves more of the modulus: these surfaces relax to {ratio:.3g} "
-        f"times their instantaneous compliance, and above {MOST_RELAXED:g} pressures are not found at all speeds")
 
 
 def _too_little(level: Level) -> str:
@@ -161,8 +142,14 @@ def _state_failures(level: Level) -> list[str]:
     if normal.pressure.min() < 0.0:
         reasons.append("negative pressure")
     if not normal.converged:
+        advice, relaxing = "", derived.relaxing
+        if relaxing is not None and (
+                ratio := relaxing.surface_modulus / relaxing.relaxed_modulus(relaxing.surface_modulus)) > MOST_RELAXED:
+            advice = (f", another rolling.speed_m_s, or a relaxation that leaves more of the modulus: these surfaces relax to "
+                      f"{ratio:.3g} times their instantaneous compliance, and above {MOST_RELAXED:g} pressures are not found "
+                      "at all speeds")
         reasons.append(f"the pressure has not converged after {normal.iterations} iterations: try a finer or coarser "
-                       f"numerics.grid{_relaxes_much(derived)}")
+                       f"numerics.grid{advice}")
     if not tangential.converged:
         reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
     bound = contact.traction_bound(problem.friction.coefficient)

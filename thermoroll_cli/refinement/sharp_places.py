@@ -51,7 +51,7 @@ class SharpPlaces:
 
 def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlaces:
     """The sharp places in the `contact` of a grid. A free end that is loaded is unbounded as well (`ContactScales.ends`)."""
-    derived, normal = discretisation.derived, contact.normal
+    derived, grid, normal = discretisation.derived, discretisation.grid, contact.normal
     geometry, ends = derived.problem.geometry, derived.scales.reaches_an_end
     line = normal.pressure.max(axis=0)
     steps = tuple(_steps(derived.problem.friction, discretisation, line))
@@ -59,7 +59,16 @@ def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlace
     if geometry.elliptic:
         return SharpPlaces((), rubbed, steps)
     unit = derived.problem.contact_modulus * math.log(2.0) / (2.0 * math.pi * normal.peak)
-    kinks = tuple(_kinks(geometry, discretisation, line, unit))
+    kinks = list[str]()
+    for body, profile in geometry.profiles:
+        columns = ((round((y - grid.y[0]) / grid.dy), y, turn) for y, turn in profile.kinks if turn * unit > GROWTH)
+        inside = [(turn, y) for column, y, turn in columns if 0 <= column < grid.ny and line[column] > 0.0]
+        if inside:
+            turn, worst = max(inside, key=lambda place: place[0])
+            more = f" ({len(inside)} such kinks)" if len(inside) > 1 else ""
+            kinks.append(f"the surface of the {body} body has a kink of {1e3 * turn:.3g} mrad at y = {1e3 * worst:.4g} mm in "
+                         f"the contact{more}: the pressure there has no upper bound and grows by {100 * turn * unit:.2g} % "
+                         'with every doubling of the grid; round it, or join the points by interpolation = "cubic"')
     peaks = tuple(_narrow(geometry, discretisation, normal.pressure, normal.covered.max(axis=0), unit))
     return SharpPlaces(PEAKS if kinks or ends else (), (*(PEAKS if peaks else ()), *rubbed), (*kinks, *peaks, *steps))
 
@@ -79,22 +88,6 @@ def _steps(friction: Friction, discretisation: Discretisation, line: Array) -> I
         yield (f"friction changes by {100.0 * changes[worst] / largest:.0f} % of its largest value within an element, at y = "
                f"{1e3 * y[worst]:.4g} mm: the largest shear traction and heat flux have no error estimate; set a larger "
                "numerics.grid, or let it change over the width of several elements")
-
-
-def _kinks(geometry: ContactGeometry, discretisation: Discretisation, line: Array, unit: float) -> Iterator[str]:
-    grid = discretisation.grid
-    for body, profile in geometry.profiles:
-        inside = []
-        for y, turn in profile.kinks:
-            column = round((y - grid.y[0]) / grid.dy)
-            if 0 <= column < grid.ny and line[column] > 0.0 and turn * unit > GROWTH:
-                inside.append((y, turn))
-        if inside:
-            worst, turn = max(inside, key=lambda place: place[1])
-            more = f" ({len(inside)} such kinks)" if len(inside) > 1 else ""
-            yield (f"the surface of the {body} body has a kink of {1e3 * turn:.3g} mrad at y = {1e3 * worst:.4g} mm in the "
-                   f"contact{more}: the pressure there has no upper bound and grows by {100 * turn * unit:.2g} % with every "
-                   'doubling of the grid; round it, or join the points by interpolation = "cubic"')
 
 
 def _narrow(
@@ -151,4 +144,3 @@ def _turn(geometry: ContactGeometry, border: float, size: float, side: float) ->
         ends = np.clip(places[:, None] + SLOPE_STEP * size * np.array([-1.0, 1.0]), low, high)
         slopes = -np.diff(geometry.across(ends.ravel()).reshape(ends.shape))[:, 0] / np.diff(ends)[:, 0]
     return float(max(-side * (slopes[1] - slopes[0]), 0.0))
-

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -47,10 +47,9 @@ class Solver:
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
-        return (self._on_falling_curve if has_maximum(problem) else self._solve)(problem, report)
-
-    def _on_falling_curve(self, problem: Problem, report: Report | None) -> Result:
-        """A prescribed force where friction falls with slip: the maximum of the creep curve is found first."""
+        if not has_maximum(problem):
+            return self._solve(problem, report)
+        # A prescribed force where friction falls with slip: the maximum of the creep curve is found first.
         coarse = Solver(self.threads, self.options)
         try:
             maximum = creep_maximum(problem, coarse.solve, self._followed)
@@ -91,7 +90,10 @@ class Solver:
         hot: list[Level] = [] if plan.runs("deformation") else cold
         last_cold, last_hot = self.last
         for shape in plan.grids:
-            here = self._discretisation(plan, shape, cold)
+            # Kernels and tables of the last problem, where they serve.
+            before = at_place(last_cold, (shape, plan.extent))
+            here = Discretisation(plan.derived, shape, plan.extent, self.threads, self.options,
+                                  coarser=cold[-1].here if cold else None, before=before.here if before else None)
             cold.append(refine(plan, here, cold, last_cold))
             report("tangential", {"grid": list(shape), "applications": cold[-1].state.applications,
                                   "residual": cold[-1].contact.tangential.residual})
@@ -99,20 +101,11 @@ class Solver:
                 hot.append(refine(plan, here, hot, last_hot, cold[-1]))
                 report("coupling", {"grid": list(shape), "iteration": hot[-1].state.iterations,
                                     "residual": hot[-1].state.residual})
-            if cold[-1].touches_rim or hot[-1].touches_rim or (shape != plan.grid and _accurate_enough(plan, hot)):
+            if cold[-1].touches_rim or hot[-1].touches_rim:
                 break
+            scalars, problem = scalars_by_level(hot), plan.derived.problem
+            if problem.numerics.accuracy is not None and shape != plan.grid and len(scalars) >= 3:
+                errors = estimates(Resolution(scalars, plan.derived, hot[-1].elements_across, plan))
+                if not missed_accuracy(errors, scalars[-1], problem):
+                    break
         return cold, hot
-
-    def _discretisation(self, plan: Plan, shape: tuple[int, int], cold: Sequence[Level]) -> Discretisation:
-        """The next grid after those of the levels `cold`, with kernels and tables of the last problem where they serve."""
-        last = at_place(self.last[0], (shape, plan.extent))
-        return Discretisation(plan.derived, shape, plan.extent, self.threads, self.options,
-                              coarser=cold[-1].here if cold else None, before=last.here if last else None)
-
-
-def _accurate_enough(plan: Plan, levels: list[Level]) -> bool:
-    problem, scalars = plan.derived.problem, scalars_by_level(levels)
-    if problem.numerics.accuracy is None or len(scalars) < 3:
-        return False
-    errors = estimates(Resolution(scalars, plan.derived, levels[-1].elements_across, plan))
-    return not missed_accuracy(errors, scalars[-1], problem)

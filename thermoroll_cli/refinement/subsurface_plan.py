@@ -105,8 +105,12 @@ def subsurface_plan(
             skipped[f"{THERMAL}, {body} body"] = _out_of_reach(derived, body) or "no heat enters it"
     if hot:
         run.append(THERMAL)
+    elif heated and derived.problem.heating.peclet == "sliding":
+        skipped[THERMAL] = 'not computed with thermal.peclet = "sliding", where every source moves at a speed of its own'
     else:
-        skipped[THERMAL] = _why_cold(request, derived, heated=heated)
+        far = next(filter(None, (_out_of_reach(derived, body) for body in request.bodies)), "")
+        skipped[THERMAL] = "no heat" if not heated else "switched off" if not request.thermal else (
+            far or "no heat enters the bodies asked for")
     if not derived.kinematics.has_traction:
         skipped[f"{STAGE}, shear"] = "no traction acts on the surfaces"
     mirrored = derived.kinematics.mirror_on(shape[1], heated=bool(hot)) == (1, -1)
@@ -151,16 +155,6 @@ def _out_of_reach(derived: DerivedQuantities, body: str) -> str:
     if across > SIDEWAYS * max(1.0 - along, SIDEWAYS):
         return "its material moves sideways about as fast as along rolling"
     return ""
-
-
-def _why_cold(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> str:
-    if not heated:
-        return "no heat"
-    if derived.problem.heating.peclet == "sliding":
-        return 'not computed with thermal.peclet = "sliding", where every source moves at a speed of its own'
-    if not request.thermal:
-        return "switched off"
-    return next(filter(None, (_out_of_reach(derived, body) for body in request.bodies)), "no heat enters the bodies asked for")
 
 
 def _cost(

@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -80,7 +79,29 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
         return result
     start = time.perf_counter()
-    below, error = _below_the_surface(request, result.summary(), plan, refining_both(levels))
+    summary, derived, levels = result.summary(), plan.derived, refining_both(levels)
+    hot, finest_grid = hot_bodies(request, derived, heated=plan.runs("heat")), levels[-1].here.grid
+    depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
+    sizes = (min(finest_grid.dx, finest_grid.dy), max(finest_grid.dx, finest_grid.dy),
+             min(derived.scales.semi_axis_x, derived.scales.semi_axis_y))
+    # The last level is reported, the others are for its estimates.
+    grids = [_collect(level, request, depths, sizes, thermal=bool(hot), last=level is levels[-1]) for level in levels]
+    scalars, error = dict[str, float](), dict[str, float]()
+    resolution = Resolution(scalars_by_level(levels), derived, levels[-1].elements_across, plan)
+    for body, collector in grids[-1].items():
+        own = collector.scalars()
+        uncertain = stress_estimates([grid[body] for grid in grids], summary, resolution)
+        scalars, error = scalars | own, error | uncertain
+        strength, layers = getattr(request, f"{body}_strength"), getattr(derived.problem, body).layers
+        if strength is not None and strength.shear_yield is not None:
+            of_surface = strength.shear_yield if not layers else layers[0].shear_yield or math.nan
+            name = f"shakedown_k_{body}_MPa"
+            found, of_found = strength_scalars(body, strength.shear_yield * 1e-6, derived.problem.normal_force, own[name],
+                                               uncertain[name], summary, of_surface * 1e-6)
+            scalars, error = scalars | found, error | of_found
+    warmed = [body for body in recirculating(derived) if body in hot]
+    below = Subsurface({body: collector.result() for body, collector in grids[-1].items()}, scalars,
+                       tuple(_warnings(grids[-1], warmed)))
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
     numerics, reason = result.problem.numerics, result.reason
     # The grid was chosen for the surface.
@@ -88,53 +109,14 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
               if name in of_contacts(numerics.accuracy_of) and each > (numerics.accuracy or math.inf)}
     if missed:
         worst = max(missed, key=lambda name: missed[name])
-        own = (f"accuracy {numerics.accuracy:g} not reached below the surface on the grid that the surface needs: {worst} is "
-               f"good to {missed[worst]:.1e}; set numerics.grid")
-        reason = "; ".join(filter(None, (reason, own)))
+        message = (f"accuracy {numerics.accuracy:g} not reached below the surface on the grid that the surface needs: {worst} "
+                   f"is good to {missed[worst]:.1e}; set numerics.grid")
+        reason = "; ".join(filter(None, (reason, message)))
     numbers = {**result.numbers, **below.scalars}
     uncertainty = {name: each * error_scale(name, numbers) for name, each in error.items()}
     return replace(result, subsurface=below, uncertainty={**result.uncertainty, **uncertainty},
                    work={**result.work, "seconds": seconds}, converged=not reason, reason=reason,
                    warnings=(*result.warnings, *below.warnings))
-
-
-def _below_the_surface(
-    request: SubsurfaceRequest, summary: Mapping[str, Any], plan: Plan, levels: list[Level]
-) -> tuple[Subsurface, dict[str, float]]:
-    """Stresses and temperatures in the bodies asked for, with scalars, and the estimated errors of these over their scales.
-
-    The last of the `levels` is reported, the others are for its estimates; `summary` has the scalars of the surface."""
-    derived, finest_grid = plan.derived, levels[-1].here.grid
-    hot = hot_bodies(request, derived, heated=plan.runs("heat"))
-    depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
-    sizes = (min(finest_grid.dx, finest_grid.dy), max(finest_grid.dx, finest_grid.dy),
-             min(derived.scales.semi_axis_x, derived.scales.semi_axis_y))
-    grids = [_collect(level, request, depths, sizes, thermal=bool(hot), last=level is levels[-1]) for level in levels]
-    finest, scalars, error = grids[-1], dict[str, float](), dict[str, float]()
-    resolution = Resolution(scalars_by_level(levels), derived, levels[-1].elements_across, plan)
-    for body, collector in finest.items():
-        own = collector.scalars()
-        uncertain = stress_estimates([grid[body] for grid in grids], summary, resolution)
-        found, of_found = _strength(request, derived.problem, body, own, uncertain, summary)
-        scalars, error = scalars | own | found, error | uncertain | of_found
-    warmed = [body for body in recirculating(derived) if body in hot]
-    below = Subsurface({body: collector.result() for body, collector in finest.items()}, scalars,
-                       tuple(_warnings(finest, warmed)))
-    return below, error
-
-
-def _strength(
-    request: SubsurfaceRequest, problem: Problem, body: str, scalars: Mapping[str, float], error: Mapping[str, float],
-    summary: Mapping[str, Any],
-) -> tuple[dict[str, float], dict[str, float]]:
-    """What the shear yield of a `body` makes of its `scalars`, and the errors; nothing without one."""
-    strength, layers = getattr(request, f"{body}_strength"), getattr(problem, body).layers
-    if strength is None or strength.shear_yield is None:
-        return {}, {}
-    of_surface = strength.shear_yield if not layers else layers[0].shear_yield or math.nan
-    name = f"shakedown_k_{body}_MPa"
-    return strength_scalars(body, strength.shear_yield * 1e-6, problem.normal_force, scalars[name], error[name], summary,
-                            of_surface * 1e-6)
 
 
 def _warnings(finest: Collectors, warmed: Iterable[str]) -> Iterator[str]:
@@ -204,18 +186,15 @@ def _collect(
         collectors[body].take(index, elastic_stress, thermal_stress, beyond)
     for body, collector in collectors.items():
         for index in collector.interfaces_cut_off():
-            collector.take_interface(index, *_on_a_wider_domain(transforms, loads[body], float(collector.depths[index])))
+            # On twice the domain.
+            grid, load = transforms.grid, loads[body]
+            margin = (grid.nx // 2,) * 2, (grid.ny // 2,) * 2
+            wide = StressTransforms(replace(grid, nx=grid.nx + sum(margin[0]), ny=grid.ny + sum(margin[1])), mirrored)
+            traction = None if load.traction is None else np.pad(load.traction, ((0, 0), *margin))
+            elastic = ElasticStresses(wide, np.pad(load.pressure, margin), traction, load.poisson_ratio, load.layered)
+            stress = load.elastic(*elastic.at(float(collector.depths[index])))
+            collector.take_interface(index, stress, wide.grid.x, wide.grid.y[-wide.columns :])
     return collectors
-
-
-def _on_a_wider_domain(transforms: StressTransforms, load: SurfaceLoad, depth: float) -> tuple[Array, Array, Array]:
-    """Elastic stresses at a depth on twice the domain, and its x and y."""
-    grid = transforms.grid
-    margin = (grid.nx // 2,) * 2, (grid.ny // 2,) * 2
-    wide = StressTransforms(replace(grid, nx=grid.nx + sum(margin[0]), ny=grid.ny + sum(margin[1])), transforms.mirrored)
-    traction = None if load.traction is None else np.pad(load.traction, ((0, 0), *margin))
-    elastic = ElasticStresses(wide, np.pad(load.pressure, margin), traction, load.poisson_ratio, load.layered)
-    return load.elastic(*elastic.at(depth)), wide.grid.x, wide.grid.y[-wide.columns :]
 
 
 def _alike(loads: dict[str, SurfaceLoad]) -> Iterable[list[str]]:

@@ -23,7 +23,15 @@ STEEPEST = 0.1
 """Slope across the contact from which the plane of the frame is a doubtful model: cosines differ from one by 0.5 %."""
 WIDEST_CURVED = 1.0
 """Turn of a curved contact in rad from which the half-space is a doubtful model: a conformal force is 0.3 % off there."""
+LARGEST_STRAIN = 0.1
+"""Half-width over relative radius, the mean strain, up to which polymers and rubber are about linear."""
 CONFORMAL = "; conformal = true in [geometry] follows the surface"
+WIDEST_PROFILE = 0.5
+"""Width of a profile in m."""
+MUCH_LESS = 0.05
+"""Over the pressure, what it becomes without a mistake that must be asked about, even if it stays large."""
+MISTAKES = {"point into the body: turn the sign of the heights": (1.0, -1.0), "be in metres: give them in mm": (1e3, 1e3)}
+"""Usual mistakes in points of a profile with advice, and factors of y and height that undo them."""
 PRESSURE_OVER_MODULUS = 0.01
 """Part of Young's modulus up to which bodies answer linearly; metals yield below it."""
 SOLIDS = {
@@ -41,7 +49,7 @@ def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a solvable problem before it is solved."""
     problem, moves = derived.problem, derived.kinematics.moves
     return [*_constants(problem), *_pressure(derived), *_without_effect(problem, moves), *_memory(derived),
-            *_half_space_warnings(derived), *_large_strain(derived), *coating_warnings(problem), *_rough_profiles(derived),
+            *_half_space_warnings(derived), *coating_warnings(problem), *_rough_profiles(derived),
             *(track_warnings(derived) if problem.heating.recirculates and derived.kinematics.has_traction else ())]
 
 
@@ -94,14 +102,7 @@ def _half_space_warnings(derived: DerivedQuantities) -> Iterator[str]:
         if (share := half / min(map(abs, radii))) > HALF_SPACE_LIMIT:
             yield (f"contact half-width along {axis} is {share:.2f} of the smallest radius: the half-space assumption is "
                    f"doubtful above {HALF_SPACE_LIMIT:g}{CONFORMAL if axis == 'y' else ''}")
-
-
-LARGEST_STRAIN = 0.1
-"""Half-width over relative radius, the mean strain, up to which polymers and rubber are about linear."""
-
-
-def _large_strain(derived: DerivedQuantities) -> Iterator[str]:
-    strain = derived.scales.semi_axis_x * abs(derived.problem.geometry.curvature_x)
+    strain = scales.semi_axis_x * abs(geometry.curvature_x)
     if derived.problem.relaxes and strain > LARGEST_STRAIN:
         yield (f"the mean strain, about half-width over radius, is {strain:.2g}: bodies that relax are hardly linear above "
                f"{LARGEST_STRAIN:g}")
@@ -118,22 +119,18 @@ def relaxation_facts(derived: DerivedQuantities) -> dict[str, float]:
 
 
 def _constants(problem: Problem) -> Iterator[str]:
-    for material, whose in _materials(problem):
+    both = ((problem.lower, "both bodies"),) if problem.lower == problem.upper else (
+        (problem.lower, "the lower body"), (problem.upper, "the upper body"))
+    parts: list[tuple[Material | Layer, str]] = []
+    for body, whose in both:
+        parts += (body, whose), *((layer, f"layer {k} of the coating of {whose}") for k, layer in enumerate(body.layers, 1))
+    for material, whose in parts:
         constants = vars(material) | {"heat_capacity": (material.conductivity or 0.0) / (material.diffusivity or 1.0)}
         for attribute, (name, unit, unit_name, smallest, largest) in SOLIDS.items():
             value = constants[attribute]
             if value and not smallest <= value / unit <= largest:  # no expansion at all is an assumption
                 yield (f"{name} of {whose} is {value / unit:.4g} {unit_name}: that of solids lies between {smallest:g} and "
                        f"{largest:g}; a mistaken unit?")
-
-
-def _materials(problem: Problem) -> Iterator[tuple[Material | Layer, str]]:
-    """Bodies and the layers of their coatings."""
-    both = ((problem.lower, "both bodies"),) if problem.lower == problem.upper else (
-        (problem.lower, "the lower body"), (problem.upper, "the upper body"))
-    for body, whose in both:
-        yield body, whose
-        yield from ((layer, f"layer {number} of the coating of {whose}") for number, layer in enumerate(body.layers, 1))
 
 
 def _pressure(derived: DerivedQuantities) -> Iterator[str]:
@@ -143,23 +140,11 @@ def _pressure(derived: DerivedQuantities) -> Iterator[str]:
     if pressure > limit * modulus:
         yield (f"the pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
                f"{100 * limit:g} % the bodies are hardly linear and elastic")
-    if pressure > limit * modulus or derived.scales.reaches_an_end:
-        yield from _other_frames(derived.problem, limit * modulus, pressure)
-
-
-WIDEST_PROFILE = 0.5
-"""Width of a profile in m."""
-MUCH_LESS = 0.05
-"""Over the pressure, what it becomes without a mistake that must be asked about, even if it stays large."""
-MISTAKES = {"point into the body: turn the sign of the heights": (1.0, -1.0), "be in metres: give them in mm": (1e3, 1e3)}
-"""Usual mistakes in points of a profile with advice, and factors of y and height that undo them."""
-
-
-def _other_frames(problem: Problem, limit: float, pressure: float) -> Iterator[str]:
-    """A mistake in the points of a profile without which the `pressure` stays below the `limit` (Pa), and off the ends, or
-    becomes much less."""
-    geometry = problem.geometry
-    for body in BODIES if isinstance(geometry, Geometry) else ():
+    geometry = derived.problem.geometry
+    if not (isinstance(geometry, Geometry) and (pressure > limit * modulus or derived.scales.reaches_an_end)):
+        return
+    # A mistake in the points of a profile without which the pressure is allowed, and off the ends, or becomes much less.
+    for body in BODIES:
         profile = getattr(geometry, f"{body}_profile")
         for mistake, factors in MISTAKES.items() if profile is not None and profile.points else ():
             points = tuple((factors[0] * y, factors[1] * height) for y, height in profile.points)
@@ -167,8 +152,8 @@ def _other_frames(problem: Problem, limit: float, pressure: float) -> Iterator[s
             if points[-1][0] - points[0][0] > WIDEST_PROFILE:
                 continue
             with contextlib.suppress(Unsolvable):
-                scales = DerivedQuantities(replace(problem, geometry=other)).scales
-                sound = scales.peak_pressure < limit and not scales.reaches_an_end
+                scales = DerivedQuantities(replace(derived.problem, geometry=other)).scales
+                sound = scales.peak_pressure < limit * modulus and not scales.reaches_an_end
                 if sound or scales.peak_pressure < MUCH_LESS * pressure:
                     yield (f"the points of geometry.{body}_profile may {mistake}, and the pressure becomes "
                            f"{scales.peak_pressure * 1e-6:.4g} MPa{'' if scales.reaches_an_end else ', off the ends'}")

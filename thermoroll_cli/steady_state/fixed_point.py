@@ -180,7 +180,7 @@ def _iterated(
     discretisation: Discretisation, start: Contact, tolerances: Tolerances, convergence: Convergence, balanced: bool,
     learnt: Learnt | None = None,
 ) -> SteadyState:
-    limit = tolerances.tangential if start.expansion is None else tolerances.coupling
+    derived, limit = discretisation.derived, tolerances.tangential if start.expansion is None else tolerances.coupling
     mixing = _Mixing(discretisation, balanced, learnt, damped=convergence is HEAT)
     state = best = start
     residual = least = math.inf
@@ -192,8 +192,8 @@ def _iterated(
         after = iterate(discretisation, state, _inside(state, tolerances, limit, history, convergence, learnt))
         normal, tangential = after.normal, after.tangential
         counts += (normal.iterations, tangential.applications, tangential.newton_steps)
-        changes = _changes(discretisation, state, after)
-        history.append(_size(discretisation, after, changes))
+        changes, size = _change(discretisation, state, after)
+        history.append(size)
         rim = normal.touches_rim
         solved = (normal.converged and tangential.converged and tangential.residual <= 2.0 * tolerances.tangential
                   and not rim)
@@ -204,13 +204,26 @@ def _iterated(
             break
         if len(history) > 1 and max(history[-2:]) < UNCHANGED:
             break  # the second was solved to full accuracy: what it did not solve another one does not solve either
-        enough = _indifferent(discretisation, best, limit)
-        if _stagnates(history, convergence, close=least <= enough):
+        # Residuals that are accepted if further iterations do not reduce them: only a finer grid could.
+        border = ACCEPTED_WITH_SHEAR / min(discretisation.grid.shape) ** 2 if derived.kinematics.feeds_back else 0.0
+        if best.expansion is not None:
+            moved = _variation(best) / max(_variation(best), derived.scales.approach)
+            border = max(border, ACCEPTED_WITH_HEAT * moved / int(np.count_nonzero(best.normal.contact)))
+        enough = max(ACCEPTED_STAGNATION * limit, border)
+        # Close to the accuracy that the grid allows fewer iterations without gain suffice.
+        close = least <= enough
+        patience, recent = (CLOSE_PATIENCE, CLOSE_PATIENCE) if close else (convergence.patience, convergence.recent)
+        if len(history) > patience and min(history[-recent:]) > convergence.gain * min(history[:-recent]):
             limit = enough
             break
         state = mixing.next(state, after, changes, history[-1])
+    if best.expansion is not None:
+        # The iteration does not determine the mean expansion, which only shifts the approach, or for a given one nothing.
+        expansion, approach = discretisation.pressure.without_approach(best.expansion, best.normal.covered)
+        moved_by = approach if derived.problem.approach is None else 0.0
+        best = replace(best, normal=replace(best.normal, approach=best.normal.approach + moved_by), expansion=expansion)
     return SteadyState(
-        _without_mean(discretisation, best), iterations=len(history), residual=residual, converged=least <= limit,
+        best, iterations=len(history), residual=residual, converged=least <= limit,
         touches_rim=rim,
         normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history),
         balanced=balanced, heat_reached=mixing.heat_reached, secants=mixing.secants)
@@ -230,67 +243,28 @@ def _inside(
     return replace(tolerances, tangential=min(tangential, LOOSEST_TRACTIONS), normal=normal)
 
 
-def _changes(discretisation: Discretisation, before: Contact, after: Contact) -> Fields:
-    """Change of the unknowns in an iteration; that of the expansion without its mean, which the approach absorbs."""
+def _change(discretisation: Discretisation, before: Contact, after: Contact) -> tuple[Fields, float]:
+    """Change of the unknowns in an iteration, that of the expansion without its mean, which the approach absorbs; and the
+    largest of them over its scale, on the contact."""
     changes = {name: getattr(after, name) - field for name, field in unknowns_of(before).items()}
-    if "expansion" in changes:
-        changes["expansion"], _ = discretisation.pressure.without_approach(changes["expansion"], after.normal.covered)
-    return changes
-
-
-def _size(discretisation: Discretisation, after: Contact, changes: Fields) -> float:
-    """Largest change of an unknown over its scale, on the contact."""
-    # Includes elements that a shrunken contact has left: the gap must be converged there, too.
-    where = after.normal.contact | discretisation.isothermal_pressure.contact
-    # The displacement by shear changes with every element that the border gains or loses: only its mean square converges.
-    norm = _root_mean_square if after.shear_displacement is not None else _largest
     scales = {name: UNKNOWNS[name](discretisation.derived) for name in changes}
     if "expansion" in changes:
+        changes["expansion"], _ = discretisation.pressure.without_approach(changes["expansion"], after.normal.covered)
         # Heat that concentrates the contact presses the bodies deeper into each other than their cold approach.
         scales["expansion"] = max(scales["expansion"], _variation(after))
-    return max((norm(change[where]) / scales[name] for name, change in changes.items()), default=0.0)
+    # Includes elements that a shrunken contact has left: the gap must be converged there, too.
+    where = after.normal.contact | discretisation.isothermal_pressure.contact
+    on_contact = {name: change[where] for name, change in changes.items()}
+    # The displacement by shear changes with every element that the border gains or loses: only its mean square converges.
+    squared = after.shear_displacement is not None
+    sizes = {name: np.sqrt(np.mean(field**2)) if squared else np.abs(field).max() for name, field in on_contact.items()}
+    return changes, max((float(size) / scales[name] for name, size in sizes.items()), default=0.0)
 
 
 def _variation(state: Contact) -> float:
     """Variation of the thermal expansion over the contact in m."""
     assert state.expansion is not None
     return float(np.ptp(state.expansion[state.normal.contact]))
-
-
-def _largest(values: Array) -> float:
-    return float(np.abs(values).max())
-
-
-def _root_mean_square(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _stagnates(history: list[float], convergence: Convergence, *, close: bool) -> bool:
-    """True if the recent iterations have gained too little to continue; `close` to the accuracy that the grid allows fewer
-    iterations without gain suffice."""
-    patience, recent = (CLOSE_PATIENCE, CLOSE_PATIENCE) if close else (convergence.patience, convergence.recent)
-    return len(history) > patience and min(history[-recent:]) > convergence.gain * min(history[:-recent])
-
-
-def _indifferent(discretisation: Discretisation, state: Contact, limit: float) -> float:
-    """Residual that is accepted if further iterations do not reduce it: only a finer grid could."""
-    border = ACCEPTED_WITH_SHEAR / min(discretisation.grid.shape) ** 2 if discretisation.derived.kinematics.feeds_back else 0.0
-    if state.expansion is not None:
-        approach = discretisation.derived.scales.approach
-        moved = _variation(state) / max(_variation(state), approach)
-        border = max(border, ACCEPTED_WITH_HEAT * moved / int(np.count_nonzero(state.normal.contact)))
-    return max(ACCEPTED_STAGNATION * limit, border)
-
-
-def _without_mean(discretisation: Discretisation, contact: Contact) -> Contact:
-    """The same state with an expansion that is zero on average over the contact: the iteration does not determine this
-    constant, which only shifts the approach, or for a given approach nothing."""
-    if contact.expansion is None:
-        return contact
-    expansion, approach = discretisation.pressure.without_approach(contact.expansion, contact.normal.covered)
-    if discretisation.derived.problem.approach is not None:
-        return replace(contact, expansion=expansion)
-    return replace(contact, normal=replace(contact.normal, approach=contact.normal.approach + approach), expansion=expansion)
 
 
 class _Mixing:
