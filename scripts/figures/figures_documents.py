@@ -94,7 +94,8 @@ def _table_of(header: str, rows: Iterable[list[str]]) -> dict[str, Any]:
 
 def _merged(rows: Iterable[tuple[str, ...]]) -> list[list[str]]:
     """Rows with names as code; a quantity of both bodies is one row, and `elastic_` stresses are left out."""
-    kept = {name: cells for name, *cells in rows if not name.startswith("elastic_")}
+    kept = {name: cells for name, *cells in rows}
+    kept = {name: cells for name, cells in kept.items() if name.removeprefix("elastic_") == name or name[8:] not in kept}
     merged = []
     for name, cells in kept.items():
         if name.replace("upper", "lower") in kept and "upper" in name:

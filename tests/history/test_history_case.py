@@ -13,6 +13,8 @@ import tomli_w
 
 from tests.support.command_line import thermoroll
 from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli.files.result.outcome import read_result
+from thermoroll_cli.files.table_file import read_table
 
 BALL: dict[str, Any] = {
     "material": {"youngs_modulus_GPa": 0.00256, "poisson_ratio": 0.28},
@@ -42,7 +44,9 @@ def test_columns_and_their_errors() -> None:
     true = np.abs(np.array(history["force_x_N"]) - np.array(finest.history["force_x_N"])[::3])
     assert (true <= np.array(history["uncertainty.force_x_N"])).all()
     assert history.to_dataframe()["heat_J"].is_monotonic_increasing
-    assert history.to_xarray()["force_x_N"].sizes == {"time_s": 9}
+    frame = history.to_xarray()
+    assert frame["force_x_N"].sizes == {"time_s": 9} and frame["heat_J"].attrs["units"] == "J" and frame["converged"].all()
+    assert history["force_x_over_friction_limit"][-1] == history["force_x_N"][-1] / history["friction_limit_N"][-1]
 
 
 def test_files_and_json(tmp_path: Path) -> None:
@@ -55,6 +59,19 @@ def test_files_and_json(tmp_path: Path) -> None:
     assert [float(row["force_x_N"]) for row in rows] == record["history"]["force_x_N"]
     assert {"out/ball.h5", "out/ball_history.csv", "out/ball_history.png"} <= set(record["files"])
     assert record["force_x_N"] == record["history"]["force_x_N"][-1]
+    assert read_result(tmp_path / "out" / "ball.h5")["heat_J"] == record["history"]["heat_J"][-1]
+
+
+def test_a_table_over_time_is_drawn_and_reported_as_that_of_a_sweep(tmp_path: Path) -> None:
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 2})).to_toml())
+    for command in ("run ball.toml -o .", "plot ball_history.csv -o again", "report ball_history.csv"):
+        done = thermoroll(*command.split(), cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "again" / "ball_history.png").exists()
+    page = (tmp_path / "ball_history_report.html").read_text()
+    assert "over distance rolled, from 0 to 7 mm: 3 of 3 states converged" in page
+    read = read_table(tmp_path / "ball_history.csv")
+    assert read.of_history and read.label == ("distance_mm", "creepage.longitudinal") and "values" in read.case_text
 
 
 def test_nothing_rolls() -> None:

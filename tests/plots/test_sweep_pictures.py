@@ -17,13 +17,13 @@ from tests.support.command_line import THERMAL, call
 from thermoroll_cli.exact.kalker import creepage_coefficients, linear_creep_forces
 from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.files.case_table import UNIT_AT_END
+from thermoroll_cli.files.table_file import read_table, write_csv
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of
+from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.sweeps import table_picture
-from thermoroll_cli.sweeps.table import SweepColumns
-from thermoroll_cli.sweeps.table_files import read_sweep, write_csv
 from thermoroll_cli.sweeps.table_picture import draw_table
 
 OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
@@ -106,7 +106,7 @@ def test_the_key_with_most_values_is_the_axis(monkeypatch: pytest.MonkeyPatch, t
         return sweep_figure(table, over, **options)
 
     monkeypatch.setattr(table_picture, "sweep_figure", noted)
-    assert draw_table(SweepColumns(columns, (*OVER, "load.normal_N"), listed=False), tmp_path / "a.png", dpi=30) == ""
+    assert draw_table(Columns(columns, names := (*OVER, "load.normal_N"), names), tmp_path / "a.png", dpi=30) == ""
     assert orders == [["rolling.speed_m_s", "geometry.lower_radius_y_mm", "load.normal_N"]]
     assert legend(drawn(columns, orders[0]))[:2] == ["lower radius y = 15 mm, normal load = 2 N",
                                                      "lower radius y = 15 mm, normal load = 1 N"]
@@ -250,8 +250,8 @@ def test_words_are_places_on_the_axis() -> None:
 
 def test_a_table_read_from_csv_gives_the_same_picture(tmp_path: pathlib.Path) -> None:
     path, columns = tmp_path / "sweep.csv", table()
-    write_csv(path, SweepColumns(columns, tuple(OVER), listed=False))
-    one, other = drawn(columns, OVER), drawn(dict(read_sweep(path).columns), OVER)
+    write_csv(path, Columns(columns, tuple(OVER), tuple(OVER)))
+    one, other = drawn(columns, OVER), drawn(dict(read_table(path).columns), OVER)
     for axes, same in zip(one.axes, other.axes, strict=True):
         assert [list(line.get_ydata()) for line in axes.get_lines()] == [list(line.get_ydata()) for line in same.get_lines()]
 

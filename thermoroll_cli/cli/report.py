@@ -22,10 +22,12 @@ from thermoroll_cli.cli.results import check_no_cases
 from thermoroll_cli.cli.tables import assembly_rows, swept_text, warnings_by_kind
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.outcome import read_result
+from thermoroll_cli.files.table_file import is_table_file, read_table
 from thermoroll_cli.plots.conicity_figure import draw_conicity
 from thermoroll_cli.plots.pictures import draw, kinds_of
 from thermoroll_cli.plots.sweep_figures import numbers, rows_of
-from thermoroll_cli.problem.names import ALL_SCALARS, ASSEMBLY_SCALARS, DIAGRAMS, PATCH_SCALARS, unit_of
+from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.names import ALL_SCALARS, ASSEMBLY_SCALARS, DIAGRAMS, PATCH_SCALARS, column_of, unit_of
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import (
     computed,
@@ -38,8 +40,6 @@ from thermoroll_cli.problem.scalar_errors import (
     scalar_text,
     worth_showing,
 )
-from thermoroll_cli.sweeps.table import SweepColumns
-from thermoroll_cli.sweeps.table_files import is_sweep_file, read_sweep
 from thermoroll_cli.sweeps.table_picture import draw_table
 from thermoroll_cli.wheelset.conicity import NUMBERS, Conicity
 
@@ -49,6 +49,8 @@ MOST_ROWS = 100
 METHOD = ("The steady state of two elastic bodies that roll on each other with dry friction, after Yu and Suh: half-spaces, "
           "discretised by rectangular elements on grids of rising fineness; pressure, tractions, frictional heat and thermal "
           "expansion are iterated until they agree.")  # fmt: skip
+METHOD_OVER_TIME = ("Two elastic bodies in contact with dry friction while inputs change: half-spaces, with rectangular "
+                    "elements; each step is a steady problem in which the displacements before it join the rigid slip.")
 VERSIONS = {"program_version": "thermoroll", "python_version": "Python", "numpy_version": "NumPy", "scipy_version": "SciPy",
             "fftw_version": "FFTW", "h5py_version": "h5py"}  # fmt: skip
 """Attributes of a result file that a report names."""
@@ -115,9 +117,9 @@ def report(
     if target.suffix.lower() not in (".html", ".htm"):
         raise typer.BadParameter(f"{target} is no HTML file: end its name with .html", param_hint="--output")
     # All of them are read before the first picture is drawn.
-    stored = [read_sweep(path) if is_sweep_file(path) else read_result(path) for path in results]
+    stored = [read_table(path) if is_table_file(path) else read_result(path) for path in results]
     options.check_writable(target.parent)
-    write(target, [of_result(found, path.stem) if isinstance(found, Result) else of_sweep(found, path.stem)
+    write(target, [of_result(found, path.stem) if isinstance(found, Result) else of_columns(found, path.stem)
                    for found, path in zip(stored, results, strict=True)])  # fmt: skip
     if not quiet:
         streams.write(str(target))
@@ -210,30 +212,35 @@ def _meaning(name: str) -> str:
     return name if scalar is None else scalar.meaning
 
 
-def of_sweep(table: SweepColumns, name: str) -> Section:
-    """What a report says of the points of a sweep."""
-    columns = table.columns
-    count, converged = len(columns["status"]), sum(status == "converged" for status in columns["status"])
-    over = "; ".join(f"{key} with {len(set(columns[key]))} values" for key in table.keys)
-    points = [", ".join(f"{key} = {swept_text(columns[key][row])}" for key in table.keys) for row in range(count)]
+def of_columns(table: Columns, name: str) -> Section:
+    """What a report says of the points of a sweep, or of the states of a history."""
+    columns, count = table.columns, table.count
+    converged = sum(status == "converged" for status in columns["status"])
+    over = "; ".join(f"{key} with {len(set(columns[key]))} values" for key in table.label)
+    what = f"A sweep over {over}: {converged} of {count} points converged."
+    if table.of_history:
+        first, *_, last = columns[table.place]
+        what = (f"A contact over {column_of(table.place)[1]}, from {number(first)} to {number(last)} {unit_of(table.place)}: "
+                f"{converged} of {count} states converged.")
+    points = [", ".join(f"{key} = {swept_text(columns[key][row])}" for key in table.label) for row in range(count)]
     failed = [f"{point}: {reason}" for point, status, reason in zip(points, columns["status"], columns["reason"], strict=True)
               if status != "converged"]
     # An empty cell of a table of text is nan.
     warnings = warnings_by_kind((point, [text] if isinstance(text, str) and text else [])
-                                for point, text in zip(points, columns["warnings"], strict=True))  # fmt: skip
+                                for point, text in zip(points, columns.get("warnings", [""] * count), strict=True))  # fmt: skip
     why_not = ""
 
     def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
         nonlocal why_not
         for each in formats:
-            why_not = draw_table(table, folder / f"picture_scalars over {' and '.join(table.keys)}.{each}", dpi=DPI)
+            why_not = draw_table(table, folder / f"picture_scalars over {' and '.join(table.label)}.{each}", dpi=DPI)
 
     pictures = pictures_of(draw_in)
     return Section(
-        table.title or name, [f"A sweep over {over}: {converged} of {count} points converged.",
-                              *([f"There is no picture: {why_not}."] if why_not else [])],
+        table.title or name, [what, *([f"There is no picture: {why_not}."] if why_not else [])],
         "; ".join(failed[:5]) + (f"; and {len(failed) - 5} more" if len(failed) > 5 else ""), list(warnings),
-        [_sweep_table(table)], pictures, table.case_text, versions=versions(table.attributes))  # fmt: skip
+        [_columns_table(table)], pictures, table.case_text, METHOD_OVER_TIME if table.of_history else METHOD,
+        versions=versions(table.attributes))  # fmt: skip
 
 
 def of_conicity(found: Conicity, case: Case) -> Section:
@@ -256,20 +263,21 @@ def of_conicity(found: Conicity, case: Case) -> Section:
         "nothing but profiles and gauge matters.", estimated=False)  # fmt: skip
 
 
-def _sweep_table(table: SweepColumns) -> Table:
+def _columns_table(table: Columns) -> Table:
     """A row for each point: the swept values and the scalars that have a diagram and change."""
     arrays = {name: numbers(column) for name, column in table.numbers.items()}
     rows = rows_of(arrays)
-    drawn = [name for names in DIAGRAMS.values() for name in names if name in arrays and worth_showing(name, rows, table.keys)]
+    drawn = [name for names in DIAGRAMS.values() for name in names
+             if name in arrays and worth_showing(name, rows, table.label)]
     texts = {name: [scalar_text(name, row) if computed(row.get(name)) else "–" for row in rows] for name in drawn}
     varying = [name for name in drawn if len(set(texts[name])) > 1 or len(rows) == 1]
-    varying = varying[: max(7 - len(table.keys), 1)]  # a sheet of A4 holds seven columns
-    body = [(*(swept_text(table.columns[key][row]) for key in table.keys), *(texts[name][row] for name in varying))
+    varying = varying[: max(7 - len(table.label), 1)]  # a sheet of A4 holds seven columns
+    body = [(*(swept_text(table.columns[key][row]) for key in table.label), *(texts[name][row] for name in varying))
             for row in range(min(len(rows), MOST_ROWS))]  # fmt: skip
     caption = f"The first {MOST_ROWS} of {len(rows)} points" if len(rows) > MOST_ROWS else ""
     headers = (f"{ALL_SCALARS[name].brief or ALL_SCALARS[name].meaning}"
                + (f" ({unit_of(name)})" if unit_of(name) else "") for name in varying)  # fmt: skip
-    return Table(body, (*table.keys, *headers), caption, range(len(table.keys) + len(varying)))
+    return Table(body, (*table.label, *headers), caption, range(len(table.label) + len(varying)))
 
 
 def versions(attributes: Mapping[str, Any]) -> str:

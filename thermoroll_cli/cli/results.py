@@ -20,7 +20,7 @@ from thermoroll_cli.files.result.outcome import read_result, read_tree
 from thermoroll_cli.problem.result import Result
 
 if TYPE_CHECKING:
-    from thermoroll_cli.sweeps.table import SweepColumns
+    from thermoroll_cli.problem.columns import Columns
 
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
@@ -51,9 +51,9 @@ def plot(
     verbose: options.Verbose = False,
 ) -> None:
     """Draw the pictures of results and sweeps again."""
+    from thermoroll_cli.files.table_file import is_table_file, read_table
     from thermoroll_cli.plots.pictures import draw, kinds_of
     from thermoroll_cli.sweeps.measured import Measured
-    from thermoroll_cli.sweeps.table_files import is_sweep_file, read_sweep
     from thermoroll_cli.sweeps.table_picture import draw_table
 
     check_no_cases(results)
@@ -64,7 +64,7 @@ def plot(
     with options.usage("--measured"):
         measured = None if data is None else Measured.read(data)
     # All of them are read before the first picture is drawn.
-    stored = [read_sweep(path) if is_sweep_file(path) else read_result(path) for path in results]
+    stored = [read_table(path) if is_table_file(path) else read_result(path) for path in results]
     if output is not None:
         options.check_writable(output)
     for path, stem, result in zip(results, stems, stored, strict=True):
@@ -91,14 +91,14 @@ def plot(
             options.report_stale(stale if not fields else (), written)
 
 
-def _animated(path: Path, stem: Path, table: SweepColumns, key: str) -> Path:
+def _animated(path: Path, stem: Path, table: Columns, key: str) -> Path:
     """The animation of a sweep. Raises ValueError where it has not what that needs."""
     from thermoroll_cli.plots.animation import draw_animation
 
-    if key not in table.keys:
-        raise ValueError(f"{key} was not swept, but {', '.join(table.keys)}")
+    if key not in table.varied:
+        raise ValueError(f"{key} was not swept, but {', '.join(table.varied)}")
     columns = table.columns
-    if others := [other for other in table.keys if other != key and len(set(columns[other])) > 1]:
+    if others := [other for other in table.varied if other != key and len(set(columns[other])) > 1]:
         raise ValueError(f"an animation follows one key, but {', '.join(others)} varies, too")
     shown = [row for row, status in enumerate(columns["status"]) if status == "converged"]
     files = [path.with_name(str(columns["file"][row])) for row in shown if "file" in columns and columns["file"][row]]

@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError, Override
-from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.files.result.outcome import read_result, write_result
+from thermoroll_cli.files.table_file import write_csv
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
@@ -123,7 +122,7 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
         if result.history is None:
             return [target]
         table = to.folder / f"{case.name}_history.csv"
-        write_bytes(table, csv_text(result.history, zip(*result.history.values(), strict=True)).encode())
+        write_csv(table, result.history)
         return [target, table]
 
     def draw() -> list[Path]:
@@ -131,10 +130,10 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
 
         curves = []
         if result.history is not None:
-            from thermoroll_cli.plots.history_figure import draw_history
+            from thermoroll_cli.sweeps.table_picture import draw_table
 
-            columns, title = result.history, case.settings.title or case.name
-            curves = to.drawn(f"{case.name}_history", lambda path: draw_history(path, columns, title, to.dpi))
+            columns = result.history
+            curves = to.drawn(f"{case.name}_history", lambda path: draw_table(columns, path, dpi=to.dpi))
         kinds = pictures.kinds_of(result)
         if to.plots == "summary":
             kinds = ("summary",) if "summary" in kinds else kinds[:1]

@@ -14,11 +14,11 @@ from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.tables import SHOWN_ROWS, sweep_table, warnings_by_kind
 from thermoroll_cli.exact.kalker import THEORIES
 from thermoroll_cli.files.case import CaseError, Override, case_name, shown
+from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.sweeps.measured import Measured
 from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, parse_axes, read_points
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 from thermoroll_cli.sweeps.table import Row, Rows, columns_of
-from thermoroll_cli.sweeps.table_files import read_sweep
 from thermoroll_cli.tasks.runner import Workers
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def sweep(
     def section() -> Section:
         from thermoroll_cli.cli import report as page
 
-        return page.of_sweep(read_sweep(output / (ARRAYS_NAME if scalars_only else TABLE_NAME)), case_name(case))
+        return page.of_columns(read_table(output / (ARRAYS_NAME if scalars_only else TABLE_NAME)), case_name(case))
 
     def lines() -> Iterator[str]:
         if len(rows) <= SHOWN_ROWS:

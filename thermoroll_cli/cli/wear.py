@@ -12,13 +12,12 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Bar
-from thermoroll_cli.problem.names import UNCERTAINTY, unit_of
+from thermoroll_cli.problem.names import UNCERTAINTY, column_of, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.worn.follow import Evolution, asked_of
 from thermoroll_cli.worn.follow import wear as follow
 from thermoroll_cli.worn.service import wearing
-from thermoroll_cli.worn.steps import meaning_of
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section
@@ -66,7 +65,7 @@ def wear(
                       command_line=options.command_line())
     last, steps = done.rows[-1], len(done.rows) - 1
     to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
-    values = [(meaning_of(name), _text(last, name), name) for name in last if not name.startswith(UNCERTAINTY)]
+    values = [(column_of(name)[1], _text(last, name), name) for name in last if not name.startswith(UNCERTAINTY)]
 
     def section() -> Section:
         from thermoroll_cli.cli import report as page

@@ -13,9 +13,10 @@ from scipy.ndimage import maximum_filter1d
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.history.course import VARIED, History
 from thermoroll_cli.history.steps import Moment, Steps
+from thermoroll_cli.problem.columns import CONVERGED, Columns
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.names import SCALARS
-from thermoroll_cli.problem.result import HistoryColumns, Result
+from thermoroll_cli.problem.names import PLACES, over_limit
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
@@ -51,7 +52,7 @@ class HistorySolver:
         moments, coarser = found[0], found[1] if len(found) > 1 else []
         columns = {name: np.array([moment.reported.scalars[name] for moment in moments])
                    for name in moments[0].reported.scalars}
-        return replace(_result(history, moments, columns, _errors(rows, columns, few, coarser)), warnings=tuple(warnings))
+        return replace(_result(history, moments, _errors(rows, columns, few, coarser)), warnings=tuple(warnings))
 
     def _moments(
         self, history: History, rows: Array, shape: tuple[int, int], extent: float,
@@ -101,7 +102,7 @@ def _errors(
 
 
 def _result(
-    history: History, moments: Sequence[Moment], columns: Mapping[str, Array], errors: Mapping[str, Array]
+    history: History, moments: Sequence[Moment], errors: Mapping[str, Array]
 ) -> Result:
     """The last state with all columns; it has converged if every step was solved."""
     last, rows = moments[-1], history.course.rows
@@ -110,16 +111,20 @@ def _result(
     reason = "" if first is None else (
         f"{len(failed)} of {len(moments)} steps were not solved, the first one at {first.time:g} s after "
         f"{1e3 * first.distance:g} mm: smaller steps help where inputs change much in one")
+    problems = [history.problem_at(float(row)) for row in rows]
+    of_problem = [problem_scalars(DerivedQuantities(problem)) for problem in problems]
+    numbers = [{**moment.reported.scalars, **known} for moment, known in zip(moments, of_problem, strict=True)]
+    cells = [row | over_limit(row) for row in numbers]
     inputs = {key: history.course.at(key, rows).tolist() for key in VARIED if key in history.course.values}
-    table = HistoryColumns({
+    table = Columns({
         "distance_mm": [1e3 * moment.distance for moment in moments], "time_s": [moment.time for moment in moments],
-        **inputs, "converged": [moment.converged for moment in moments],
-        **{name: column.tolist() for name, column in columns.items() if not np.isnan(column).all()},
-        **{f"uncertainty.{name}": error.tolist() for name, error in errors.items()}})
-    problem = replace(history.problem_at(float(rows[-1])), normal_force=last.reported.scalars["normal_N"])
-    # The energies and shifts belong to the history.
-    state = replace(last.reported, scalars={name: value for name, value in last.reported.scalars.items() if name in SCALARS})
-    known = {name: float(error[-1]) for name, error in errors.items() if name in SCALARS}
+        **inputs, "status": [CONVERGED if moment.converged else f"not_{CONVERGED}" for moment in moments],
+        "reason": ["" if moment.converged else "the step was not solved" for moment in moments],
+        **{name: [row[name] for row in cells] for name in cells[0] if any(row[name] == row[name] for row in cells)},
+        **{f"uncertainty.{name}": error.tolist() for name, error in errors.items()}},
+        varied=(*PLACES, *inputs), over=("time_s",), title=history.problem.title)
+    problem = replace(problems[-1], normal_force=last.reported.scalars["normal_N"])
+    state, known = last.reported, {name: float(error[-1]) for name, error in errors.items()}
     return Result(
         problem=problem, coupled=state, isothermal=state, of_problem=problem_scalars(DerivedQuantities(problem)),
         converged=not failed, reason=reason, uncertainty=known,

@@ -7,7 +7,7 @@ are in SI units.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
@@ -117,7 +117,8 @@ UNITS = {
     "_kg_m": "kg/m", "_kg": "kg", "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)",
     "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa",
     "_N_um": "N/µm", "_Mrev": "Mrev", "_rpm": "rpm", "_deg": "deg", "_Nm": "N m", "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm",
-    "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_s": "s", "_m": "m",
+    "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_J": "J", "_s": "s",
+    "_m": "m",
 }  # fmt: skip
 """Ends of names of scalars and case keys, longer ones first, and the units they stand for."""
 
@@ -178,6 +179,10 @@ def _of_tracks(name: str, meaning: str, **others: Any) -> Iterator[Scalar]:
     for body in BODIES:
         yield Scalar(name.format(body), f"{meaning}, {body} body", "temperature", kind="diffused", given=_untracked(body),
                      **others)
+
+
+def _still(problem: Problem) -> bool:
+    return problem.motion.speed == 0.0
 
 
 def _falling(problem: Problem) -> bool:
@@ -507,16 +512,62 @@ on its own axes."""
 OF_CONTACTS = {"wheelset": PATCH_SCALARS, "bearing": BALL_SCALARS}
 """Scalars of the contacts of each kind of assembly."""
 
-ALL_SCALARS = SCALARS | PROBLEM_SCALARS | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS
+PLACES = _named(Scalar("distance_mm", "distance rolled"), Scalar("time_s", "time"))
+"""Columns of a history that say when."""
+
+HISTORY_SCALARS = _named(
+    Scalar("shift_x_um", "longitudinal shift without rolling", listed=_still, diagram="shift (µm)"),
+    Scalar("shift_y_um", "lateral shift without rolling", listed=_still, diagram="shift (µm)"),
+    Scalar("elastic_energy_J", "elastic energy of the shear tractions"),
+    Scalar("work_J", "work of the tractions since the start", listed=True),
+    Scalar("heat_J", "frictional heat since the start", listed=True),
+)  # fmt: skip
+"""Scalars of a contact over time besides those of its state."""
+
+ALL_SCALARS = SCALARS | HISTORY_SCALARS | PROBLEM_SCALARS | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS
+
+WEAR_COLUMNS = {
+    "distance_km": "distance rolled", "cycles_": "passages", "depth_max_": "largest worn depth",
+    "worn_area_": "worn cross-section", "worn_volume_": "worn volume", "worn_mass_": "worn mass", "half_width_mm":
+    "half-width of the contact", "line_load_max_N_mm": "largest line load", "flange_height_": "flange height Sh",
+    "flange_thickness_": "flange thickness Sd", "flange_qR_": "flange gradient qR",
+    "conicity_3mm": "equivalent conicity at 3 mm", "elements": "elements of the largest grid of a patch",
+}  # fmt: skip
+"""Columns of an evolution besides scalars of results, or how their names begin, with their meanings."""
 
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
-"""Creep forces over μW, as railway engineers plot them: column of a sweep → scalar in N."""
+"""Creep forces over μW, as railway engineers plot them: column of a table → scalar in N."""
+
+
+def over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
+    """The columns `OVER_LIMIT` of a state."""
+    limit = scalars.get("friction_limit_N", math.nan)
+    return {name: scalars[force] / limit for name, force in OVER_LIMIT.items() if limit > 0.0 and force in scalars}
 
 DIAGRAMS: dict[str, tuple[str, ...]] = {
     label: tuple(name for name, scalar in ALL_SCALARS.items() if scalar.diagram == label)
     for label in dict.fromkeys(scalar.diagram for scalar in ALL_SCALARS.values()) if label
 }
 """Labels of the diagrams of a sweep and the scalars that each shows."""
+
+
+def column_of(name: str, keys: Collection[str] = ()) -> tuple[str, str]:
+    """Unit and meaning of a column of a table in which `keys` vary: one of them, a scalar, that of a state or of a patch
+    (`uncertainty.NAME`, `left_1.NAME`), or one of `WEAR_COLUMNS`."""
+    *parts, own = name.split(".")
+    patch, state = (next((part for part in parts if (part in STATES) == known), "") for known in (False, True))
+    scalars = OF_CONTACTS["bearing" if patch.startswith("ball_") else "wheelset"] if patch else PLACES | ALL_SCALARS
+    if name in keys and name not in PLACES:
+        return unit_of(name), f"varied key {name}"
+    if own in scalars:
+        return scalars[own].unit or "1", (f"patch {patch}: " if patch else "") + STATES.get(state, "") + scalars[own].meaning
+    base = next((base for base in WEAR_COLUMNS if own == base or (base.endswith("_") and own.startswith(base))), None)
+    if base is None:
+        return "", name
+    whose = own.removeprefix(base).removesuffix(unit_end(own))
+    body, _, side = whose.partition("_")
+    what = f"{side} {body}" if side else f"{body} body" if body in BODIES else body
+    return unit_of(own) or "1", STATES.get(state, "") + WEAR_COLUMNS[base] + (f", {what}" if what else "")
 
 
 def of_kind(*kinds: Kind) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from thermoroll_cli import of_above, optional
 from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, meaning_in, row_of, scalar_text
@@ -123,20 +124,6 @@ class Subsurface:
     warnings: tuple[str, ...] = ()
 
 
-class HistoryColumns(dict[str, list[Any]]):
-    """The columns of a history by name: `distance_mm`, `time_s`, the inputs that change, scalars in the units of their names,
-    and their errors as `uncertainty.NAME`; nan where there is none."""
-
-    def to_dataframe(self) -> Any:
-        """A `pandas.DataFrame` with a row for each state. Raises ImportError if pandas is missing."""
-        return optional("pandas", "to_dataframe").DataFrame(dict(self))
-
-    def to_xarray(self) -> xarray.Dataset:
-        """An `xarray.Dataset` over `time_s`. Raises ImportError if xarray is missing."""
-        columns = {name: ("time_s", column) for name, column in self.items() if name != "time_s"}
-        return optional("xarray", "to_xarray").Dataset(columns, {"time_s": self["time_s"]})
-
-
 @dataclass(frozen=True)
 class Result:
     """Outcome of one solve, inside the package and for its users. `result["force_x_N"]` is a scalar.
@@ -164,8 +151,8 @@ class Result:
     - `unbounded`: scalars that grow with every refinement, at a kink or at the end of a profile;
     - `subsurface`: stresses inside the bodies (`Subsurface`); None if the problem asks for none;
     - `attributes`: of the file that the result was read from: time, versions, command line;
-    - `history`: of a contact over time the columns (`HistoryColumns`), a row for each state; the states are then the last one.
-      None for others, and in a file.
+    - `history`: of a contact over time the `Columns` of all states, over `time_s`: `distance_mm`, inputs that change, scalars,
+      and their errors as `uncertainty.NAME`; the result itself is that of the last state. None for others, and in a file.
     """
 
     problem: Problem
@@ -188,7 +175,7 @@ class Result:
     name: str = ""
     record: Mapping[str, Any] = field(default_factory=dict)
     lines: Mapping[str, Array] = field(default_factory=dict)
-    history: HistoryColumns | None = None
+    history: Columns | None = None
 
     def __post_init__(self) -> None:
         every = dict.fromkeys(self.numbers, math.nan) | dict(self.uncertainty)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import glob
+import json
 import os
 import pathlib
 import tempfile
@@ -14,14 +15,14 @@ from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_errors import CaseError
-from thermoroll_cli.files.result.labelled import ResultFileError, image
+from thermoroll_cli.files.result.labelled import ResultFileError, image, save
 from thermoroll_cli.files.result.outcome import KIND, read_result, tree_of
+from thermoroll_cli.files.table_file import SWEEP, tree_of_table, write_csv
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.python_api import Solver, Task
 from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value, key_of
 from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of
-from thermoroll_cli.sweeps.table_files import write_csv, write_hdf5
 from thermoroll_cli.tasks.journal import Journal, Record
 from thermoroll_cli.tasks.runner import Item, Workers, check_main_guard, run
 
@@ -189,10 +190,12 @@ class Sweep:
             return rows
 
     def _write(self, rows: Rows) -> None:
-        table = columns_of(rows)
+        table = columns_of(rows, self.points.case(1).settings.title)
         write_csv(self.folder / TABLE_NAME, table)
         if self.scalars_only:
-            write_hdf5(self.folder / ARRAYS_NAME, rows, table, self.command_line)
+            settings = json.dumps([override.text for override in self.points.settings])
+            tree = tree_of_table(columns_of(rows, table.title, every=True), settings=settings)
+            save(self.folder / ARRAYS_NAME, tree, SWEEP, self.command_line)
 
     def _finished(self, journal: Journal, owners: Mapping[str, str], note: Callable[[str], None]) -> dict[str, str]:
         """The keys of points that have a result, with the names of their files, each of which is the latest of its name:

@@ -1,4 +1,4 @@
-"""The rows of a sweep, one per point, and their columns, also as a data frame."""
+"""The rows of a sweep, one per point, and the table of them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ import math
 import pathlib
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from thermoroll_cli import optional
 from thermoroll_cli.problem import names
+from thermoroll_cli.problem.columns import CONVERGED, TEXTS, Columns
 from thermoroll_cli.problem.names import STATES
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import row_of
@@ -22,11 +20,6 @@ from thermoroll_cli.tasks.journal import Journal
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-CONVERGED = "converged"
-TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
-"""Columns of texts. `unbounded` names the scalars that have no limit at this point, where the contact reaches the end of a
-profile."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +56,7 @@ class Row:
 def summary_of(result: Result) -> dict[str, Any]:
     """The record of a result: what `Row.summary` is made of, in plain JSON types, without what was not computed."""
     summary = result.summary()
-    limit = summary.get("friction_limit_N", math.nan)
-    summary |= {name: summary[force] / limit for name, force in names.OVER_LIMIT.items() if limit > 0.0 and force in summary}
+    summary |= names.over_limit(summary)
     known: dict[str, Any] = _known(summary)
     return known
 
@@ -117,92 +109,45 @@ class Rows:
         return len(self.numbers)
 
 
-@dataclass(frozen=True)
-class SweepColumns:
-    """The table of a sweep: `columns` with a value per point (numbers, texts; nan where not computed), the swept `keys` among
-    them, whether the points are a list (`listed`) or all combinations of values; if known the `title` and the text of the case,
-    and the `attributes` of the file that says how it was solved."""
-
-    columns: Mapping[str, Sequence[Any]]
-    keys: tuple[str, ...]
-    listed: bool
-    title: str = ""
-    case_text: str = ""
-    attributes: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def numbers(self) -> dict[str, Sequence[float]]:
-        """The computed columns without texts."""
-        return {name: column for name, column in self.columns.items() if name not in (*self.keys, *TEXTS, "file")}
-
-
-def columns_of(rows: Rows, title: str = "") -> SweepColumns:
-    """The table with all rows known now: the swept keys, texts, and every number that any row has."""
-    keys = tuple(axis.key for axis in rows.points.axes)
-    columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS, "work.applications", "file")}
-    for before, row in enumerate(rows):
-        cells = row.cells()
+def columns_of(rows: Rows, title: str = "", *, every: bool = False) -> Columns:
+    """The table with all rows known now, or with `every` point, and nothing for those that have none: the swept keys, texts,
+    and every number that any row has."""
+    points = rows.points
+    keys = tuple(axis.key for axis in points.axes)
+    columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS[:-1], "work.applications", "file")}
+    known = set(rows.numbers)
+    for before, number in enumerate(range(1, points.count + 1) if every else sorted(known)):
+        cells = rows.row(number).cells() if number in known else points.over(number) | dict.fromkeys(TEXTS, "")
         # Arrays need a quarter of the memory of lists.
         columns |= {name: array("d", [math.nan]) * before for name, value in cells.items()
                     if name not in columns and isinstance(value, float) and not math.isnan(value)}
         for name, column in columns.items():
             column.append(cells.get(name, math.nan))
-    declared = (*keys, *TEXTS[:-1], *names.SCALARS, *names.PROBLEM_SCALARS, *names.OVER_LIMIT, *names.SUBSURFACE_SCALARS,
+    declared = (*keys, *TEXTS[:4], *names.SCALARS, *names.PROBLEM_SCALARS, *names.OVER_LIMIT, *names.SUBSURFACE_SCALARS,
                 *(f"{state}.{name}" for state in STATES for name in names.SCALARS),
                 *(f"uncertainty.{name}" for name in names.SUBSURFACE_SCALARS))
-    last = {name: columns.pop(name) for name in (TEXTS[-1], "work.applications", "file")}
+    last = {name: columns.pop(name) for name in ("work.grid", "work.applications", "file")}
     # Those of an assembly and of its patches are not declared.
     ordered = {name: columns.pop(name) for name in declared if name in columns}
-    return SweepColumns(ordered | columns | last, keys, rows.points.listed, title)
-
-
-def attributes_of(name: str, keys: Sequence[str]) -> tuple[str, str]:
-    """Unit and meaning of a column."""
-    *parts, own = name.split(".")
-    patch, state = (next((part for part in parts if (part in STATES) == known), "") for known in (False, True))
-    if name in keys:
-        return names.unit_of(name), f"swept key {name}"
-    of_contacts = names.OF_CONTACTS["bearing" if patch.startswith("ball_") else "wheelset"]
-    scalar = (of_contacts if patch else names.ALL_SCALARS).get(own)
-    if scalar is None:
-        return "", "number of the point" if name == "point" else name
-    meaning = (f"patch {patch}: " if patch else "") + STATES.get(state, "") + scalar.meaning
-    return scalar.unit or "1", meaning
+    return Columns(ordered | columns | last, keys, ("point",) if points.listed else keys, title, points.text)
 
 
 class SweepTable(list[dict[str, Any]]):
-    """The rows of a sweep as mappings: the swept keys, all scalars, `isothermal` and `uncertainty` as mappings, and `file`."""
+    """The rows of a sweep as mappings: the swept keys, all scalars, `isothermal` and `uncertainty` as mappings, and `file`;
+    their `table` has them as columns."""
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(row.flat() for row in rows)
-        self.points = rows.points
-        self._table = columns_of(rows)
+        self.table = columns_of(rows)
 
     def __repr__(self) -> str:
-        converged = self._table.columns["status"].count(CONVERGED)
-        return f"<sweep over {', '.join(self._table.keys)}: {len(self)} points, {converged} converged>"
-
-    def _numbers(self) -> dict[str, Sequence[Any]]:
-        return {"converged": [status == CONVERGED for status in self._table.columns["status"]], **self._table.numbers}
+        converged = list(self.table["status"]).count(CONVERGED)
+        return f"<sweep over {', '.join(self.table.varied)}: {len(self)} points, {converged} converged>"
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A `pandas.DataFrame` with a row per point: the swept keys, `converged`, and a column for each number.
-
-        Raises ImportError, which names the package to install, if pandas is missing."""
-        swept = {key: self._table.columns[key] for key in self._table.keys}
-        return optional("pandas", "to_dataframe").DataFrame({**swept, **self._numbers()})
+        """As `Columns.to_dataframe`."""
+        return self.table.to_dataframe()
 
     def to_xarray(self) -> xarray.Dataset:
-        """An `xarray.Dataset` with `converged` and each number over the swept keys; over `point` for a list of points.
-
-        Raises ImportError, which names the package to install, if xarray is missing."""
-        dataset = optional("xarray", "to_xarray").Dataset
-        axes, listed = self.points.axes, self.points.listed
-        dimensions = ("point",) if listed else tuple(axis.key for axis in axes)
-        coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values)) for axis in axes}
-        columns = {name: (dimensions, np.reshape(column, self.points.shape)) for name, column in self._numbers().items()}
-        found = dataset(columns, coordinates)
-        for name, variable in found.variables.items():
-            labels = zip(("units", "long_name"), attributes_of(str(name), dimensions), strict=True)
-            variable.attrs.update({label: text for label, text in labels if text})
-        return found
+        """As `Columns.to_xarray`."""
+        return self.table.to_xarray()

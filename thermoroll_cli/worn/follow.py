@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case, solvable
-from thermoroll_cli.files.csv_table import csv_text
 from thermoroll_cli.files.result.labelled import save
 from thermoroll_cli.files.result.outcome import KIND, tree_of
+from thermoroll_cli.files.table_file import write_csv
+from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem, Wear
 from thermoroll_cli.problem.result import Result
@@ -41,7 +41,8 @@ class Evolution:
 
     Attributes:
 
-    - `rows`: a mapping per step, under the names of NAME_wear.csv; `uncertainty.NAME` is the estimated error in its unit;
+    - `rows`: a mapping per step, under the names of NAME_wear.csv; `uncertainty.NAME` is the estimated error in its unit; as
+      columns they are the `table`;
     - `snapshots`: profiles and loads of some steps over y, or the worn depths of a wheelset's outlines, in SI units;
     - `outlines`: of a wheelset, points (y, z) in m of the new and of the worn outline by name (`wheel_right`, …);
     - `result`: that of the last step, with the worn case; of a wheelset at the first of its positions; None if that is none;
@@ -61,6 +62,12 @@ class Evolution:
     def converged(self) -> bool:
         """Whether it went as far as the case asks."""
         return not self.reason
+
+    @property
+    def table(self) -> Columns:
+        """The rows as columns, also `to_dataframe` and `to_xarray`."""
+        names = list(self.rows[0])
+        return Columns({name: [row.get(name, math.nan) for row in self.rows] for name in names}, (names[0],), ("step",))
 
     def __repr__(self) -> str:
         last = self.rows[-1]
@@ -164,11 +171,9 @@ def _last_result(case: Case, state: WearState, threads: int) -> Result | None:
 def _written(done: Evolution, folder: pathlib.Path, state: WearState, command_line: str) -> tuple[pathlib.Path, ...]:
     stem = folder / f"{done.case.name}_wear"
     files = [stem.with_suffix(".csv")]
-    names = list(done.rows[0])
-    rows = ([f"{row.get(name, math.nan):.7g}" for name in names] for row in done.rows)
-    write_bytes(files[0], csv_text(names, rows).encode())
+    write_csv(files[0], done.table)
     if done.result is not None:
         files.append(stem.with_suffix(".h5"))
         tree = tree_of(done.result)
-        save(files[1], replace(tree, nodes={**tree.nodes, "wear": wear_node(done.rows, done.snapshots)}), KIND, command_line)
+        save(files[1], replace(tree, nodes={**tree.nodes, "wear": wear_node(done.table, done.snapshots)}), KIND, command_line)
     return (*files, *write_profiles(folder, done.case, state))

@@ -11,20 +11,11 @@ import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import peak_value
-from thermoroll_cli.problem.names import ALL_SCALARS, UNCERTAINTY, unit_end
+from thermoroll_cli.problem.names import UNCERTAINTY
 from thermoroll_cli.problem.problem import Wear
 
 REACHED = 1e-6
 """Part of the wanted distance or depth that may be missing in the end: rounding must not ask for one more step."""
-BASES = {
-    "distance_km": "distance rolled", "cycles_": "passages", "depth_max_": "largest worn depth",
-    "worn_area_": "worn cross-section", "worn_volume_": "worn volume", "worn_mass_": "worn mass", "half_width_mm":
-    "half-width of the contact", "line_load_max_N_mm": "largest line load", "flange_height_": "flange height Sh",
-    "flange_thickness_": "flange thickness Sd", "flange_qR_": "flange gradient qR",
-    "conicity_3mm": "equivalent conicity at 3 mm", "elements": "elements of the largest grid of a patch",
-}  # fmt: skip
-"""Columns besides scalars of results, or how their names begin, with their meanings."""
-
 Columns = dict[str, tuple[float, float | None]]
 """Value and estimated error of each column in its unit, nan if unknown; None for what never has an error."""
 
@@ -152,19 +143,3 @@ def _error_shares(before: WearState, state: WearState) -> dict[str, Array]:
         added[2, 0] = max(added[2, 0], step * old[0] * shape)
         errors[name] = added
     return errors
-
-
-def meaning_of(column: str) -> str:
-    """What a column is, in words."""
-    if column.startswith(UNCERTAINTY):
-        return f"estimated error: {meaning_of(column.removeprefix(UNCERTAINTY))}"
-    for base, meaning in BASES.items():
-        if column == base:
-            return meaning
-        if column.startswith(base):
-            name = column.removeprefix(base)
-            name = name.removesuffix(unit_end(name))
-            body, _, side = name.partition("_")
-            return f"{meaning}, {f'{side} {body}' if side else f'{body} body' if body in ('lower', 'upper') else body}"
-    return ALL_SCALARS[column].meaning
-

@@ -14,6 +14,8 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.labelled import Labelled, Node, axis
+from thermoroll_cli.files.table_file import columns_node
+from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.geometry import surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Wear, planar
 from thermoroll_cli.steady_state.scalars import sliding
@@ -22,7 +24,7 @@ from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.worn.evolution import STEPS_FROM_COLD, ContactState, line_load, worn_geometry
 from thermoroll_cli.worn.rows import FixedRows
 from thermoroll_cli.worn.service import outlines_of, wearing, worn_outlines
-from thermoroll_cli.worn.steps import WearState, meaning_of
+from thermoroll_cli.worn.steps import WearState
 
 Record = Mapping[str, Any]
 OUTLINE_OF = {"rail": ("track", "rail_profile"), "wheel": ("wheelset", "wheel_profile")}
@@ -100,11 +102,8 @@ class Snapshots:
         return cls(distances, y, profiles, np.asarray(loads), np.asarray(work))
 
 
-def wear_node(rows: Sequence[Record], kept: Snapshots) -> Node:
+def wear_node(table: Columns, kept: Snapshots) -> Node:
     """The node `wear` of a result: columns over the `steps`, and the snapshots."""
-    steps = axis("step", np.arange(len(rows))) | {
-        name: Labelled(("step",), np.array([row.get(name, np.nan) for row in rows]), meaning=meaning_of(name))
-        for name in rows[0]}
     arrays = axis("distance", kept.distances, "m", "distance rolled")
     for name, depth in kept.depths.items():
         where = " ".join(reversed(name.split("_")))
@@ -117,7 +116,7 @@ def wear_node(rows: Sequence[Record], kept: Snapshots) -> Node:
                for body, heights in kept.profiles.items()},
             "line_load": Labelled(over, kept.loads, "N/m", "pressure integrated along rolling"),
             "T_gamma_per_area": Labelled(over, kept.work, "Pa", "largest frictional work per area and distance rolled")}
-    return Node(arrays, nodes={"steps": Node(steps)})
+    return Node(arrays, nodes={"steps": columns_node(table)})
 
 
 def worn_points(task: Problem | WheelsetProblem, state: WearState) -> dict[str, list[list[float]]]:

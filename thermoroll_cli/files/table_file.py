@@ -1,0 +1,131 @@
+"""Tables of many states in files: CSV, and HDF5 arrays over what was varied."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import pathlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.arrays import AnyArray
+from thermoroll_cli.atomic import replacing
+from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, is_kind, load, of_texts
+from thermoroll_cli.files.result.outcome import read_result
+from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.names import PLACES, column_of
+from thermoroll_cli.problem.result import Result
+
+SWEEP, HISTORY = "sweep", "history"
+"""Kinds of files of tables."""
+
+
+def write_csv(path: pathlib.Path, table: Columns) -> None:
+    """Replace the file at `path` by one with this table. Raises WriteError."""
+    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", errors="backslashreplace", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(table.columns)
+        writer.writerows(map(_cell, cells) for cells in zip(*table.columns.values(), strict=True))
+
+
+def _cell(value: Any) -> str:
+    """A number with all its digits, nothing for one that was not computed."""
+    if isinstance(value, float):
+        return "" if math.isnan(value) else repr(value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def columns_node(table: Columns) -> Node:
+    """The columns as arrays over the axes of the table, which must have a state for each place there."""
+    axes = table.coordinates
+    shape, arrays = [len(values) for values in axes.values()], dict[str, Labelled]()
+    for name, values in axes.items():
+        label = column_of(name, table.varied) if name in table else ("", f"number of the {name}")
+        arrays |= axis(name, _array(values.tolist()), *label)
+    for name, column in table.columns.items():
+        if name not in axes and name != "file":
+            arrays[name] = Labelled(table.over, _array(column).reshape(shape), *column_of(name, table.varied))
+    return Node(arrays)
+
+
+def tree_of_table(table: Columns, **texts: str) -> Node:
+    """The tree of the file of a table, with the text of its case and other `texts` by name."""
+    return Node(
+        columns_node(table).arrays,
+        {"title": table.title, "keys": json.dumps(table.varied)},
+        {"input": of_texts({"case_text": table.case_text, **texts})},
+    )
+
+
+def _array(values: Sequence[Any]) -> AnyArray:
+    """Numbers as they are, words as texts."""
+    if any(isinstance(value, bool | str) for value in values):
+        return np.array([str(value).lower() if isinstance(value, bool) else str(value) for value in values], dtype=object)
+    return np.asarray(values)
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+
+def is_table_file(path: pathlib.Path) -> bool:
+    """Whether the file at `path` has many states: a CSV table, or an HDF5 file of this kind."""
+    return path.suffix.lower() == ".csv" or is_kind(path, SWEEP) or is_kind(path, HISTORY)
+
+
+def read_table(path: pathlib.Path) -> Columns:
+    """The table in the file at `path`, as `sweep` writes sweep.csv and sweep.h5, and `run` NAME_history.csv and
+    NAME_history.h5. Raises ResultFileError."""
+    try:
+        return _read_csv(path) if path.suffix.lower() == ".csv" else _read_hdf5(path)
+    except ResultFileError:
+        raise
+    except (OSError, ValueError, KeyError, IndexError, StopIteration) as cause:
+        reason = cause.strerror if isinstance(cause, OSError) and cause.strerror else "not the table of a sweep or of a history"
+        raise ResultFileError(f"{path}: {reason}") from cause
+
+
+def _read_csv(path: pathlib.Path) -> Columns:
+    with open(path, encoding="utf-8", newline="") as stream:
+        header, *rows = list(csv.reader(stream))
+    if header[:2] in (["side", "number"], ["ball", "ring"]):  # the exported contacts of an assembly
+        raise ValueError
+    columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
+    keys = tuple(header[: header.index("status")])
+    over: tuple[str, ...] = ("time_s",) if set(PLACES) <= {*keys} else keys
+    if math.prod(len(set(columns[key])) for key in over) != len(rows):
+        over = ("point",)
+    beside = _result_beside(path, columns)
+    if beside is None:
+        return Columns(columns, keys, over)
+    return Columns(columns, keys, over, beside.problem.title, beside.case_text, beside.attributes)
+
+
+def _result_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> Result | None:
+    """A result file beside a table of text, which lacks the case; None without one."""
+    for name in (*columns.get("file", ()), f"{path.stem.removesuffix('_history')}.h5"):
+        if isinstance(name, str) and name and path.with_name(name).exists():
+            return read_result(path.with_name(name), with_fields=False)
+    return None
+
+
+def _value(text: str) -> float | str:
+    try:
+        return float(text) if text else math.nan
+    except ValueError:
+        return text
+
+
+def _read_hdf5(path: pathlib.Path) -> Columns:
+    tree = load(path, HISTORY if is_kind(path, HISTORY) else SWEEP, ("fields",))
+    keys, over = tuple(tree.json("keys")), tree.arrays["status"].axes
+    columns = {name: array.values.ravel().tolist() for name, array in tree.arrays.items() if array.axes == over}
+    if "point" not in over:
+        along = np.meshgrid(*(tree.arrays[key].values for key in over), indexing="ij")
+        columns |= {key: values.ravel().tolist() for key, values in zip(over, along, strict=True)}
+    columns = {name: columns[name] for name in (*keys, *(name for name in columns if name not in keys))}
+    return Columns(
+        columns, keys, over, str(tree.attributes["title"]), tree.nodes["input"].texts("case_text")[0], tree.attributes
+    )
