@@ -20,16 +20,25 @@ from thermoroll_cli.problem.problem import Problem
 
 ROOT = pathlib.Path(__file__).parents[1]
 SENTENCES = 3
-USUAL = "traction"
-KINDS = {
-    "article_4_1": "pressure", "article_4_3_conformal": "pressure", "article_4_3_flat": "pressure",
-    "article_4_3_non_conformal": "pressure", "ball_bearing": "summary", "coated_ball": "subsurface_upper",
-    "coated_ball_heat": "summary", "crowned_roller": "profile", "hot_sliding": "subsurface_upper", "manchester": "section",
-    "measured_wheelset": "section",
-    "polymer_roller": "pressure", "polymer_tyre": "pressure", "twin_disc": "track", "two_point": "profile",
-    "wheel_rail_sliding": "track", "worn_rail": "profile",
+JOBS = {
+    "Wheels and rails": {
+        "wheel_rail": "traction", "wheel_rail_sliding": "track", "worn_rail": "profile", "two_point": "profile",
+        "eurosprinter": "traction", "manchester": "section", "measured_wheelset": "section", "wheelset_wear": "section",
+        "vt_fra_roller_rig": "traction"},
+    "Bearings and coatings": {
+        "angular_contact": "bearing", "ball_bearing": "summary", "ball_in_groove": "traction", "crowned_roller": "profile",
+        "coated_ball": "subsurface_upper", "coated_ball_heat": "summary"},
+    "Discs and drives": {
+        "twin_disc": "track", "twin_disc_lewis": "traction", "twin_disc_wear": "traction", "hot_sliding": "subsurface_upper"},
+    "Polymer rollers": {"polymer_roller": "pressure", "polymer_tyre": "pressure"},
+    "The article": {
+        **{f"article_3_1_case_{number}": "traction" for number in range(1, 6)}, "article_4_1": "pressure",
+        "article_4_2_linear": "traction", "article_4_2_spin_low": "traction", "article_4_2_spin_high": "traction",
+        "article_4_2_spin_combined": "traction", "article_4_3_conformal": "pressure", "article_4_3_flat": "pressure",
+        "article_4_3_non_conformal": "pressure", "table1": "traction"},
 }  # fmt: skip
-"""The picture that shows what a case is about, where that is not the traction."""
+"""The cases of each job, with the picture that shows what each is about."""
+KINDS = {stem: kind for cases in JOBS.values() for stem, kind in cases.items()}
 
 
 def on_files(files: Files, config: Any) -> Files:
@@ -59,20 +68,25 @@ def reference() -> str:
 
 
 def gallery(cases: Iterable[pathlib.Path], grid: int) -> str:
-    """Picture, title, the first sentences of the comment and the commands of each case."""
-    sections = []
-    for path in cases:
-        case = Case.read(path)
-        words, commands = summary(case.text)
-        shown = "\n".join(commands or [f"thermoroll run cases/{path.name} -o results"])
-        sections.append(
-            f"## {case.settings.title}\n\n`cases/{path.name}`\n\n{words}\n\n"
-            f"```sh\n{shown}\n```\n\n"
-            f"![{KINDS.get(path.stem, USUAL)} of {path.stem}](gallery/{path.stem}.png)\n"
-        )
+    """Thumbnails by job, and picture, title, the first sentences of the comment and the commands of each case."""
+    found = {path.stem: path for path in cases}
+    thumbnails, sections = [], []
+    for job, stems in JOBS.items():
+        shown = [stem for stem in stems if stem in found]
+        thumbnails += [f"**{job}**\n\n<p class=\"thumbnails\">"] if shown else []
+        for stem in shown:
+            case = Case.read(found[stem])
+            title = case.settings.title
+            words, commands = summary(case.text)
+            commands = commands or [f"thermoroll run cases/{stem}.toml -o results"]
+            thumbnails.append(f'<a href="#{stem}" title="{title}"><img src="gallery/{stem}.png" alt="{title}"></a>')
+            sections.append(
+                f'## <span id="{stem}"></span>{title}\n\n`cases/{stem}.toml`\n\n{words}\n\n'
+                "```sh\n" + "\n".join(commands) + f"\n```\n\n![{KINDS[stem]} of {stem}](gallery/{stem}.png)\n")  # fmt: skip
+        thumbnails += ["</p>\n"] if shown else []
     opening = (f"# Gallery\n\nThe cases in `cases/`, each with the picture of its subject on {grid} × {grid} elements. "
                "Maps are seen from below ([frames](frames.md)).\n\n")
-    return opening + "\n".join(sections)
+    return opening + "\n".join(thumbnails) + "\n" + "\n".join(sections)
 
 
 def summary(text: str) -> tuple[str, list[str]]:
@@ -88,7 +102,7 @@ def summary(text: str) -> tuple[str, list[str]]:
 
 def picture(path: pathlib.Path, grid: int) -> bytes:
     """The picture of what a case is about, on a `grid` per side; of a wheelset the section across the track."""
-    kind = KINDS.get(path.stem, USUAL)
+    kind = KINDS[path.stem]
     task = Case.read(path).with_values({"numerics.grid": grid}).task
     file = io.BytesIO()
     with style.applied():
