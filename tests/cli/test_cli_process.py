@@ -90,6 +90,23 @@ def test_terminals_without_unicode(tmp_path: Path) -> None:
     assert done.returncode == 0 and " +- " in done.stdout and "16x16" in done.stdout and done.stdout.isascii()
 
 
+def test_what_came_from_outside_does_not_steer_a_terminal(tmp_path: Path) -> None:
+    """Names of files and words on a command line may hold escape sequences, here one that changes a window's title."""
+    name, replaced = "a\x1b]0;title\x07", "a\N{REPLACEMENT CHARACTER}]0;title\N{REPLACEMENT CHARACTER}"
+    (tmp_path / f"{name}.toml").write_text(MECHANICAL)
+    shown = on_terminal(["run", f"{name}.toml"], tmp_path)
+    assert f"results/{replaced}.h5" in shown
+    assert "\x1b[2K" in shown and "\x1b]0" not in shown and "\x07" not in shown
+    result = f"results/{name}.h5"
+    for arguments, code in ((["compare", result, result], 0), (["export", result, "--format", "csv"], 0), (["plot", result], 0),
+                            (["report", result], 0), (["show", f"{name}.toml"], 0), (["validate", f"{name}.toml"], 0),
+                            (["sweep", f"{name}.toml", "--over", "load.normal_N=60,65", "--no-plots"], 0),
+                            (["plot", f"{name}.toml"], 2), ([name], 2), (["run", name], 3), (["compare", name, result], 5)):
+        done = call(*arguments, cwd=tmp_path)
+        assert done.returncode == code, (arguments, done.stderr)
+        assert "\x1b" not in done.stdout + done.stderr and "\x07" not in done.stdout + done.stderr, arguments
+
+
 def test_colour_and_progress_on_terminals_only_and_never_with_no_color(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
     (tmp_path / "bad.toml").write_text("load = 3\n")

@@ -239,6 +239,20 @@ def test_attributes_of_another_kind_are_refused(tmp_path: pathlib.Path, stored: 
         read_result(path)
 
 
+@pytest.mark.parametrize("values", [np.array([b"a", b"b"]), np.array([1.0]), np.array([], dtype="S1")])
+def test_a_text_that_is_none_is_refused(tmp_path: pathlib.Path, stored: pathlib.Path, values: np.ndarray) -> None:
+    path = tmp_path / "made.h5"
+    shutil.copy(stored, path)
+    with h5py.File(path, "r+") as file:
+        texts = file["input"]
+        del texts["case_text"]
+        for name, content in (("part_2", np.arange(len(values))), ("case_text", values)):
+            texts[name] = content
+            texts[name].attrs["axes"] = np.bytes_("part_2")
+    with pytest.raises(ResultFileError, match="case_text is not one text"):
+        read_result(path)
+
+
 @pytest.mark.parametrize(("kind", "words"), [
     ("external link", "/fields/pressure is a link"), ("soft link", "/fields/pressure is a link"),
     ("hard link", "has two names"), ("external storage", "/fields/pressure lies in another file"),

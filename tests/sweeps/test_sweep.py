@@ -22,6 +22,7 @@ import pytest
 
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
 from tests.support.datasets import datasets
+from thermoroll_cli.atomic import WriteError
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import OVER_LIMIT, PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.tasks.runner import Item, _Cluster
@@ -277,17 +278,23 @@ def test_a_cluster_without_workers_is_waited_for_and_given_up(case: Path, tmp_pa
     assert (done.returncode, gave_up.endswith("had no worker for 0.3 s; --dask-wait waits longer")) == (5, True)
 
 
-def test_what_a_cluster_answers_instead_of_a_result() -> None:
-    cluster = object.__new__(_Cluster)
-    cluster._address = "tcp://x"
-    for raised, told in (
-        (ModuleNotFoundError("No module named 'pyfftw'"), "lack a package of thermoroll: No module named 'pyfftw'"),
-        (CancelledError(), "scheduler at tcp://x went away; --resume"),
-    ):
-        future: Future[list[Item]] = Future()
-        future.set_exception(raised)
-        with pytest.raises(OSError, match=told):
-            cluster.result(future)
+@pytest.mark.parametrize(("raised", "client", "kind", "told"), [
+    (ModuleNotFoundError("No module named 'fftw'"), "running", OSError, "lack a package of thermoroll: No module named 'fftw'"),
+    (CancelledError(), "running", OSError, "scheduler at tcp://x went away; --resume"),
+    (KeyError("workers"), "connecting", OSError, "scheduler at tcp://x went away; --resume"),
+    (KeyError("workers"), "running", KeyError, "workers"),
+    (WriteError(Path("a.h5"), OSError(28, "No space")), "closed", OSError, "cannot write a.h5: No space"),
+])
+def test_what_a_cluster_answers_instead_of_a_result(raised: Exception, client: str, kind: type[Exception], told: str) -> None:
+    """A client without its scheduler fails in many ways, also as it is closed."""
+    cluster, future = object.__new__(_Cluster), Future[list[Item]]()
+    cluster._address, cluster._silent, cluster._executor = "tcp://x", [], mock.Mock()
+    cluster._client = mock.Mock(status=client)
+    if told.startswith("scheduler"):
+        cluster._client.close.side_effect = ValueError("closed")
+    future.set_exception(raised)
+    with pytest.raises(kind, match=told), cluster:
+        cluster.result(future)
 
 
 def test_dask_is_an_extra(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

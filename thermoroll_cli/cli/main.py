@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import gc
+import io
 import signal
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
+
+import typer
 
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.commands import app
 from thermoroll_cli.cli.streams import ClosedOutput, ExitCode
 from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.process import Interrupted, noted, one_thread, safe_point, stoppable
+
+UsageError: Any = typer.BadParameter.mro()[1]
+"""Of click, or of what typer has in its place."""
 
 
 def program() -> NoReturn:
@@ -57,11 +63,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _dispatch(arguments: Sequence[str]) -> int:
     before = sys.stdout
     try:
-        app(list(arguments), prog_name="thermoroll")
+        code = app(list(arguments), prog_name="thermoroll", standalone_mode=False)
+    except UsageError as fault:
+        message = io.StringIO()
+        fault.show(message)
+        streams.note(message.getvalue().rstrip())
+        return ExitCode.USAGE
     except SystemExit as end:
         if sys.stdout is not before:
             # The parser's own way to report that the reader of its help has gone.
             sys.stdout = before
             raise ClosedOutput from None
         return end.code if isinstance(end.code, int) else int(end.code is not None)
-    return ExitCode.FINE
+    return code if isinstance(code, int) else ExitCode.FINE

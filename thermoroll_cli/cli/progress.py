@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
 from thermoroll_cli.cli import streams
+from thermoroll_cli.files.case_errors import printable
 
 Step = tuple[str, tuple[int, int]]
 """A stage on a grid, as `Plan.steps` lists them."""
@@ -32,14 +33,14 @@ class Bar:
         words_column = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
         bar = (BarColumn(bar_width=16),) if console.width >= 60 else ()
         self._progress = Progress(words_column, *bar, TextColumn("{task.fields[left]}"), console=console, transient=True)
-        self._task = self._progress.add_task(words, total=total, left="")
+        self._task = self._progress.add_task(printable(words), total=total, left="")
         self._progress.start()
 
     def show(self, words: str, done: float, total: float, bound: str = "") -> None:
         """Redraw the line; `bound` stands before the time left."""
         left = self.seconds_left(done, total)
         with contextlib.suppress(OSError):
-            self._progress.update(self._task, description=words, completed=done, total=total,
+            self._progress.update(self._task, description=printable(words), completed=done, total=total,
                                   left=f"{bound}{duration(left)} left" if left >= 2.0 else "")
 
     def seconds_left(self, done: float, total: float) -> float:

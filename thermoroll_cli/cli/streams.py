@@ -1,4 +1,5 @@
-"""Results go to standard output, everything else to standard error; exit codes say how the program ends."""
+"""Results go to standard output, everything else to standard error, both without characters that steer a terminal; exit codes
+say how the program ends."""
 
 from __future__ import annotations
 
@@ -12,9 +13,9 @@ import traceback
 import unicodedata
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
-from typing import Any, TextIO
+from typing import Any, Self, TextIO
 
-from thermoroll_cli.files.case_errors import CaseError
+from thermoroll_cli.files.case_errors import CaseError, printable
 
 
 class ExitCode(IntEnum):
@@ -55,12 +56,39 @@ def prepare() -> None:
             reconfigure(errors="thermoroll")
 
 
+class Coloured(str):
+    """A line for standard output, in a colour where that is a terminal."""
+
+    colour: int
+
+    def __new__(cls, line: str, colour: int) -> Self:
+        made = super().__new__(cls, line)
+        made.colour = colour
+        return made
+
+
+RED, YELLOW = 31, 33
+"""Colours of a terminal."""
+
+
+def in_colour(lines: Sequence[str], colour: int) -> list[Coloured]:
+    """`lines` for `write`, in a colour if that is a terminal."""
+    return [Coloured(line, colour) for line in lines]
+
+
+LAYOUT = "\n\t"
+"""What lines and tables need besides printable characters."""
+
+
 def write(*lines: str) -> None:
     """Write `lines` to standard output, now. Raises ClosedOutput if nobody reads it, OSError if its disk is full."""
     if sys.stdout is None:  # started with standard output closed
         return
     try:
-        sys.stdout.writelines(f"{line}\n" for line in lines)
+        colours = coloured(sys.stdout)
+        for line in lines:
+            text = printable(line, LAYOUT)
+            sys.stdout.write(f"\033[{line.colour}m{text}\033[0m\n" if colours and isinstance(line, Coloured) else f"{text}\n")
         sys.stdout.flush()
     except BrokenPipeError:
         raise ClosedOutput from None
@@ -70,6 +98,10 @@ def write(*lines: str) -> None:
 
 def note(text: str) -> None:
     """Write `text` and a line end to standard error, if anybody can read it."""
+    _tell(printable(text, LAYOUT))
+
+
+def _tell(text: str) -> None:
     if sys.stderr is not None:
         with contextlib.suppress(OSError):
             sys.stderr.write(text + "\n")
@@ -85,8 +117,8 @@ def report_invalid(errors: Sequence[CaseError], closing: str = "; nothing was co
     """Report all errors of invalid cases, each once. Returns the exit code for invalid cases."""
     colour = coloured(sys.stderr)
     texts = list(dict.fromkeys(finding.render(colour) for error in errors for finding in error.findings))
-    for text in texts:
-        note(text)
+    for text in texts:  # printable already, but for our colours
+        _tell(text)
     note(f"thermoroll: {len(texts)} error{'s' if len(texts) > 1 else ''}{closing}")
     return ExitCode.INVALID_CASE
 
@@ -123,15 +155,6 @@ def width() -> int:
 def coloured(stream: TextIO | None) -> bool:
     """Whether to write colours to `stream` (https://no-color.org)."""
     return is_terminal(stream) and not os.environ.get("NO_COLOR")
-
-
-RED, YELLOW = 31, 33
-"""Colours of a terminal."""
-
-
-def in_colour(lines: Sequence[str], colour: int) -> list[str]:
-    """`lines` for standard output, in a colour if that is a terminal."""
-    return [f"\033[{colour}m{line}\033[0m" for line in lines] if coloured(sys.stdout) else list(lines)
 
 
 def write_json(content: Mapping[str, Any]) -> None:

@@ -116,7 +116,7 @@ def build_table(
     """
     grid, checks = list(plan.grid_tasks()), list(plan.check_tasks())
     counts = {task.key: task.count for task in (*grid, *checks)}
-    with Journal(journal_path(path), plan.identity, resume=resume) as journal:
+    with Journal(journal_path(path), plan.identity, resume=resume, fields=("solved", "values")) as journal:
         pending = [task for task in (*grid, *checks) if task.key not in journal or not journal[task.key]["solved"]]
         finished = plan.points - sum(task.count for task in pending)
         if finished:

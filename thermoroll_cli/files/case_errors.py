@@ -162,9 +162,13 @@ class CaseError(Exception):
         super().__init__("\n".join(finding.render() for finding in self.findings))
 
 
-def printable(text: str) -> str:
-    """`text` without control characters: a case file must not be able to steer the terminal."""
-    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
+def printable(text: str, also: str = "") -> str:
+    """`text` without control characters but for those in `also`: what came from outside must not be able to steer the
+    terminal."""
+    if text.isprintable():
+        return text
+    return "".join(character if character.isprintable() or character in also else "\N{REPLACEMENT CHARACTER}"
+                   for character in text)
 
 
 def shortened(text: str) -> str:

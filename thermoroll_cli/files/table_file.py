@@ -127,5 +127,5 @@ def _read_hdf5(path: pathlib.Path) -> Columns:
         columns |= {key: values.ravel().tolist() for key, values in zip(over, along, strict=True)}
     columns = {name: columns[name] for name in (*keys, *(name for name in columns if name not in keys))}
     return Columns(
-        columns, keys, over, str(tree.attributes["title"]), tree.nodes["input"].texts("case_text")[0], tree.attributes
+        columns, keys, over, str(tree.attributes["title"]), tree.nodes["input"].text("case_text"), tree.attributes
     )

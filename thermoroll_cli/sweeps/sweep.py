@@ -15,22 +15,24 @@ from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_errors import CaseError
-from thermoroll_cli.files.result.labelled import ResultFileError, image, save
-from thermoroll_cli.files.result.outcome import KIND, read_result, tree_of
+from thermoroll_cli.files.result.labelled import image, save
+from thermoroll_cli.files.result.outcome import KIND, tree_of
 from thermoroll_cli.files.table_file import SWEEP, tree_of_table, write_csv
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.python_api import Solver, Task
 from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value, key_of
 from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of
-from thermoroll_cli.tasks.journal import Journal, Record
+from thermoroll_cli.tasks.journal import Journal, Record, is_whole
 from thermoroll_cli.tasks.runner import Item, Workers, check_main_guard, run
 
 if TYPE_CHECKING:
     import pandas
 
 TABLE_NAME, ARRAYS_NAME, JOURNAL_NAME = "sweep.csv", "sweep.h5", "sweep.jsonl"
-JOURNAL_FORMAT = 2
+JOURNAL_FORMAT = 3
+FIELDS = ("key", "name", "over", "file", "solved", "summary")
+"""What records have."""
 
 SECONDS_BETWEEN_TABLES = 2.0
 SHARE_OF_TABLES = 0.05
@@ -161,7 +163,8 @@ class Sweep:
         if not self._keys:
             self.check(note)
         numbers = {key: number for number, key in enumerate(self._keys, 1)}
-        with Journal(self.folder / JOURNAL_NAME, {"kind": "sweep", "format": JOURNAL_FORMAT}, resume=self.resume) as journal:
+        with Journal(self.folder / JOURNAL_NAME, {"kind": "sweep", "format": JOURNAL_FORMAT}, resume=self.resume,
+                     fields=FIELDS) as journal:
             owners = {record["file"]: key for key, record in journal.items() if record["file"]}
             finished = self._finished(journal, owners, note)
             if finished:
@@ -208,10 +211,8 @@ class Sweep:
             if not self.scalars_only:
                 if owners.get(record["file"]) != key:  # of a sweep with --scalars-only, or overwritten
                     continue
-                try:
-                    read_result(self.folder / record["file"], with_fields=False)
-                except ResultFileError as cause:
-                    note(f"{cause}; solved again")
+                if not is_whole(self.folder, record):
+                    note(f"{self.folder / record['file']}: not there, or not as it was written; solved again")
                     continue
             files[key] = record["file"]
         return files

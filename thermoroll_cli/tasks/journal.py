@@ -7,7 +7,7 @@ import json
 import os
 import pathlib
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from types import TracebackType
 from typing import Any, Self
 
@@ -29,14 +29,15 @@ class Journal(Mapping[str, dict[str, Any]]):
 
     The first line holds `identity`, what is being computed. Every further line is one record, written in a single call after
     the file that it belongs to; the latest record of a key counts. A killed program leaves at most a torn last line, which
-    is dropped. While a journal is open, no other process can open it. One that is begun anew keeps the last one aside until
-    it has a record, and puts it back where it fails before.
+    is dropped, as is one that lacks one of the `fields` of all records. While a journal is open, no other process can open it.
+    One that is begun anew keeps the last one aside until it has a record, and puts it back where it fails before.
 
     Raises JournalError, WriteError.
     """
 
-    def __init__(self, path: pathlib.Path, identity: Mapping[str, Any], *, resume: bool) -> None:
-        self.path = path
+    def __init__(self, path: pathlib.Path, identity: Mapping[str, Any], *, resume: bool,
+                 fields: Collection[str] = ()) -> None:  # fmt: skip
+        self.path, self._fields = path, {"key", *fields}
         self._places: dict[str, tuple[int, int]] = {}
         first = json.dumps({"program": "thermoroll", **identity}, sort_keys=True).encode() + b"\n"
         # A file beside the journal: a locked file cannot be written by other processes on every system.
@@ -105,16 +106,19 @@ class Journal(Mapping[str, dict[str, Any]]):
                 if not line.endswith(b"\n"):
                     break
                 # A line that a full disk has cut in two counts as none.
-                with contextlib.suppress(ValueError, KeyError, TypeError):
-                    key = str(json.loads(line)["key"])
-                    self._places.pop(key, None)
-                    self._places[key] = self._end, len(line)
-                    keys.append(key)
+                with contextlib.suppress(ValueError):
+                    record = json.loads(line)
+                    if isinstance(record, dict) and record.keys() >= self._fields:
+                        key = str(record["key"])
+                        self._places.pop(key, None)
+                        self._places[key] = self._end, len(line)
+                        keys.append(key)
                 self._end += len(line)
         return keys
 
     def keep(self, record: Record, content: bytes = b"") -> None:
-        """Write `content` to the file that the record names, if there is any, then the record. Raises WriteError."""
+        """Write `content` to the file that the record names, if there is any, then the record with the file's length as
+        `bytes`. Raises WriteError."""
         keep(self.path, record, content)
 
     def __getitem__(self, key: str) -> dict[str, Any]:
@@ -150,7 +154,16 @@ def keep(path: pathlib.Path, record: Record, content: bytes) -> None:
     """Do the same as `Journal.keep` for the journal at `path`, from any process. Raises WriteError."""
     if content:
         write_bytes(path.parent / record["file"], content)
+        record = {**record, "bytes": len(content)}
     append_line(path, json.dumps(record).encode() + b"\n")
+
+
+def is_whole(folder: pathlib.Path, record: Record) -> bool:
+    """Whether the file of a `record` is there as long as it was written. Reading 100,000 of them would take half an hour."""
+    try:
+        return os.path.getsize(folder / record["file"]) == record.get("bytes")
+    except OSError:
+        return False
 
 
 def append_line(path: pathlib.Path, line: bytes) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import _thread
 import contextlib
 import importlib.util
+import logging
 import multiprocessing
 import os
 import pathlib
@@ -19,9 +20,10 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
+from types import TracebackType
 from typing import Any, Protocol, Self
 
-from thermoroll_cli.atomic import remove_leftovers
+from thermoroll_cli.atomic import WriteError, remove_leftovers
 from thermoroll_cli.process import one_thread, safe_point
 from thermoroll_cli.tasks.journal import Journal, Record, keep
 
@@ -281,10 +283,15 @@ class _Cluster:
         self.died = distributed.KilledWorker
         self._address, self._patience, self._note = address, patience, note
         self._alone_since: float | None = None
+        # What goes wrong is an error of ours. Each logger of Dask has a handler of its own.
+        self._silent = [logger for name, logger in logging.root.manager.loggerDict.items()
+                        if name.partition(".")[0] in ("asyncio", "distributed") and isinstance(logger, logging.Logger)]
+        self._log(False)
         try:
             get_address_host_port(address)  # before a client, which takes long to go away
             self._client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError, TypeError) as cause:
+            self._log(True)
             raise OSError(f"no Dask scheduler at {address}: {cause or type(cause).__name__}") from None
         # Not pure: a task is not taken for one of an earlier sweep that Dask still remembers.
         self._executor = self._client.get_executor(pure=False)
@@ -318,8 +325,6 @@ class _Cluster:
             return future.result()
         except ImportError as cause:
             raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
-        except CancelledError:
-            raise OSError(f"the Dask scheduler at {self._address} went away; --resume continues") from None
 
     @staticmethod
     def renewed(running: dict[Future[list[Item]], Task]) -> list[Task]:
@@ -328,9 +333,20 @@ class _Cluster:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._executor.shutdown(wait=False)
-        self._client.close()
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        # Calls of a client without its scheduler fail in many ways.
+        lost = isinstance(value, CancelledError) or (
+            self._client.status != "running" and isinstance(value, Exception) and not isinstance(value, WriteError))
+        with contextlib.suppress(Exception) if lost else contextlib.nullcontext():
+            self._executor.shutdown(wait=False)
+            self._client.close()
+        self._log(True)
+        if lost:
+            raise OSError(f"the Dask scheduler at {self._address} went away; --resume continues") from None
+
+    def _log(self, wanted: bool) -> None:
+        for logger in self._silent:
+            logger.disabled = not wanted
 
 
 def _collect(task: Task) -> list[Item]:

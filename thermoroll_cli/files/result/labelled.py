@@ -76,6 +76,12 @@ class Node:
         """The array `name` of texts."""
         return [str(value) for value in self.arrays[name].values.tolist()]
 
+    def text(self, name: str) -> str:
+        """The only text of the array `name`. Raises ValueError where it has none, or several, or numbers."""
+        if self.arrays[name].values.shape != (1,) or not isinstance(found := self.arrays[name].values[0], str):
+            raise ValueError(f"{name} is not one text")
+        return str(found)
+
     def json(self, name: str, default: Any = None) -> Any:
         """The attribute `name`, a text in JSON; `default` where there is none."""
         return json.loads(str(self.attributes[name])) if name in self.attributes else default

@@ -153,7 +153,7 @@ def _body(stresses: BodyStresses, state: State) -> Node:
 def result_of(tree: Node, source: str | os.PathLike[str] = "") -> Result:
     """The result of a tree, which was read from the file `source`. Raises ResultFileError where parts of it are missing."""
     try:
-        case_text, case_json = (tree.nodes["input"].texts(name)[0] for name in ("case_text", "case_json"))
+        case_text, case_json = (tree.nodes["input"].text(name) for name in ("case_text", "case_json"))
         result = _result(tree).with_case(case_text, case_json)
     except (KeyError, ValueError, TypeError, AttributeError, IndexError) as cause:
         detail = cause.args[0] if cause.args else type(cause).__name__
@@ -189,7 +189,7 @@ def _result(tree: Node) -> Result:
     if bodies and "pressure" not in coupled.fields:
         raise ValueError("it has stresses without the pressure that causes them")
     return Result(
-        problem=_reader(Problem).validate_json(tree.nodes["input"].texts("problem_json")[0]),
+        problem=_reader(Problem).validate_json(tree.nodes["input"].text("problem_json")),
         coupled=coupled,
         isothermal=isothermal,
         of_problem=of_problem,
