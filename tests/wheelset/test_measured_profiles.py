@@ -56,6 +56,17 @@ def test_a_wheelset_rests_on_measured_profiles(wheel: str, rail: str, shift: flo
     assert lost <= result.uncertainty["Q_F_W"] + 3e-3 * result["Q_F_W"]
 
 
+def test_two_patches_that_become_one_at_the_given_force_are_one_already() -> None:
+    """As two, which displace each other like points, they carry less than 50 kN where they meet, as one they carry more."""
+    case = measured("Car7358_0001r.whl", "rail_left_iter288.ban", lateral_shift_mm=-5.0)
+    case["wheelset"]["flange_back_mm"] = 0.0
+    result = solve(Case.from_dict(case))
+    assert result.converged, result.reason
+    assert result["track_force_z_right_N"] == pytest.approx(50e3, rel=1e-3)
+    assert [patch.name for patch in result.patches] == ["left_1", "right_1"]
+    assert any("right_1: it holds 2 contacts" in warning for warning in result.warnings)
+
+
 def agrees(found: Any) -> None:
     product = found.problem.contact_distance * found.mean_radius
     for amplitude, value in zip(found.amplitudes, found.conicity, strict=True):

@@ -31,6 +31,10 @@ BALANCED = 1e-5
 and of the gap over the elastic displacement: the coarse grid moves them by ten times as much."""
 STIFFENING = 1.5
 """Exponent of the load over the approach, of Hertz's contact."""
+JOINED = 0.1
+"""Where a force lies between those of two patches and of the one that they become, both are one already while the gap between
+them is below this share of the overlap. As two they displace each other like point loads: the force of a worn wheel on its
+rail jumps by 3 %, which is 2 % of the overlap."""
 DEEPEST = 1e-3
 """Largest approach (m) along the normal of first contact: deeper than any elastic contact."""
 
@@ -76,6 +80,7 @@ class WheelOnRail:
 
     def __init__(self, contact_modulus: float, *, curved: bool) -> None:
         self.contact_modulus, self.curved = contact_modulus, curved
+        self._joined = 0.0
         self._facing: Facing | None = None
         self._indentations: list[Indentation] = []
         self._loads = np.zeros(0)
@@ -85,6 +90,11 @@ class WheelOnRail:
         if facing != self._facing:
             self._facing = facing
         return self._facing
+
+    def join(self) -> bool:
+        """Let overlaps be one patch a little before they meet, from now on; False where they are already."""
+        before, self._joined, self._indentations = self._joined, JOINED, []
+        return not before
 
     def bearings(self, facing: Facing, lowered: float, solved: Sequence[Bearing], within: float = BALANCED) -> list[Bearing]:
         """The patches that carry load when the wheel of `facing` is lower by this height (m), with what is known of them from
@@ -122,7 +132,8 @@ class WheelOnRail:
     def _find(self, facing: Facing, position: Position) -> None:
         """The patches at a `position` of the wheel."""
         lowered = facing.lowered(position.z - facing.position.z)
-        patches = [patch for patch in patches_of(lowered, curved=self.curved) if patch.faces and patch.overlap[0] > 0.0]
+        found = patches_of(lowered, curved=self.curved, joined=self._joined * max(-lowered.clearance, 0.0))
+        patches = [patch for patch in found if patch.faces and patch.overlap[0] > 0.0]
         before = self._indentations if len(patches) == len(self._indentations) else [None] * len(patches)
         self._indentations = [Indentation(patch, self.contact_modulus, None if last is None else last.pressure)
                               for patch, last in zip(patches, before, strict=True)]
@@ -164,14 +175,18 @@ def height_of(wheels: Sequence[Placed], vertical: float, start: float | None,
     power = vertical ** (2.0 / 3.0)
     most = max(deepest(facing) for _, facing, _ in wheels if facing.clearance - first <= DEEPEST)
     root = RisingRoot(first + (start or depth), power / depth, most / 4.0, first, first + most, (first, -power))
-    largest, highest, there = -math.inf, root.place, []
+    largest, highest, there, counts = -math.inf, root.place, [], {True: [0] * len(wheels), False: [0] * len(wheels)}
     for _ in range(HEIGHT_ROUNDS):
         z = root.place
         bearings = [wheel.bearings(facing, z, solved, within) for wheel, facing, solved in wheels]
         force = sum(bearing.load * bearing.vertical for patches in bearings for bearing in patches)
         if force > largest:
             largest, highest, there = force, z, [bearing for patches in bearings for bearing in patches]
+        counts[force > vertical] = [len(patches) for patches in bearings]
         jumps = root.width < within * (z - first)
+        if jumps and any([wheel.join() for (wheel, _, _), above, below in zip(wheels, counts[True], counts[False], strict=True)
+                          if 0 < above < below]):
+            return height_of(wheels, vertical, z - first, within)
         if abs(force - vertical) <= within * vertical or (jumps and largest > vertical):
             return z, bearings
         if jumps:

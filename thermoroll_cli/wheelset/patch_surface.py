@@ -309,13 +309,14 @@ class PatchSurface:
                 ridges[1] >= self._ends[1] - CLOSE or high > self.limits[1] + CLOSE)
 
 
-def patches_of(facing: Facing, *, curved: bool) -> list[PatchSurface]:
-    """The patches of all overlaps in order of y."""
+def patches_of(facing: Facing, *, curved: bool, joined: float = 0.0) -> list[PatchSurface]:
+    """The patches of all overlaps in order of y; those between which the gap is at most `joined` (m) are one."""
     gap, (rail, wheel) = facing.gap, facing.outlines
     y, inside = rail.y, np.flatnonzero(gap < 0.0)
     if not len(inside):
         return []
-    runs = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1)
+    ends = np.flatnonzero(np.diff(inside) > 1) + 1
+    runs = np.split(inside, [k for k in ends if gap[inside[k - 1] : inside[k]].max() > joined])
     bounds = [0, *(int(a[-1] + np.argmax(gap[a[-1] : b[0] + 1])) for a, b in itertools.pairwise(runs)), len(y) - 1]
     patches = []
     for k, run in enumerate(runs):
