@@ -40,7 +40,14 @@ class Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, _, rest = super().resolve_command(ctx, args)
-        return name, _imported(name) if name else None, rest
+        if not name:
+            return name, None, rest
+        command = getattr(importlib.import_module(f"thermoroll_cli.cli.{COMMANDS[name][0]}"),
+                          f"{name}_" if keyword.iskeyword(name) else name)
+        if not isinstance(command, typer.Typer):
+            function, command = command, typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=HELP_OPTIONS)
+            command.command(name)(function)
+        return name, typer.main.get_command(command), rest
 
 
 app = typer.Typer(
@@ -72,12 +79,3 @@ def thermoroll(
 
 for _name, (_, _summary) in COMMANDS.items():
     app.command(_name, help=_summary)(lambda: None)
-
-
-def _imported(name: str) -> Any:
-    module = importlib.import_module(f"thermoroll_cli.cli.{COMMANDS[name][0]}")
-    command = getattr(module, f"{name}_" if keyword.iskeyword(name) else name)
-    if not isinstance(command, typer.Typer):
-        function, command = command, typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=HELP_OPTIONS)
-        command.command(name)(function)
-    return typer.main.get_command(command)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
@@ -142,21 +141,31 @@ def query(
     if csv is not None and not semi_axes:
         write_csv(csv, table.values)
         raise typer.Exit
-    axes = options.numbers(_given("--semi-axes-mm", semi_axes or None), 2, "two numbers A,B", "--semi-axes-mm")
-    contact = _given("--shear-modulus-GPa", modulus), _given("--friction", friction), _given("--normal-N", load)
+    a, b = options.numbers(_given("--semi-axes-mm", semi_axes or None), 2, "two numbers A,B", "--semi-axes-mm")
+    stiffness, at_rest, pressing = (
+        _given("--shear-modulus-GPa", modulus), _given("--friction", friction), _given("--normal-N", load))
     try:
         falling, rolling = None, math.nan
         if law is not None:
-            least, half, at_rest = _given("--limit-coefficient", limit), _given("--half-slip-m-s", half_slip), contact[1]
+            least, half = _given("--limit-coefficient", limit), _given("--half-slip-m-s", half_slip)
             if not (0.0 <= least <= at_rest and 0.0 < at_rest and 0.0 < half < math.inf):
                 raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s above 0")
             falling, rolling = FrictionLaw(law, least / at_rest, half), _given("--speed-m-s", speed)
-        columns = _forces(table, (longitudinal, lateral, spin), axes, contact, outside, falling, rolling)
+        given = _values(longitudinal, "--longitudinal"), _values(lateral, "--lateral"), _values(spin, "--spin-rad-mm")
+        xi, eta, phi = (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*given, indexing="ij"))
+        forces = table.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=stiffness * 1e9,
+                              friction=at_rest, load=pressing, outside=outside, law=falling, speed=rolling)
     except OutsideTable as cause:
         streams.error(f"{file or 'the table that comes with the program'}: {cause}")
         raise typer.Exit(ExitCode.INVALID_CASE) from None
     except ValueError as cause:
         raise typer.BadParameter(f"{cause}: --semi-axes-mm, --shear-modulus-GPa, --friction, --normal-N, --law") from None
+    columns = {
+        "creepage_longitudinal": xi, "creepage_lateral": eta, "creepage_spin_rad_mm": phi, "force_x_N": forces.force_x,
+        "force_y_N": forces.force_y, "force_error_N": forces.error, "spin_moment_Nmm": forces.spin_moment * 1e3,
+        "spin_moment_error_Nmm": forces.spin_moment_error * 1e3, "T_gamma_N": forces.t_gamma,
+        "T_gamma_error_N": forces.t_gamma_error, "gamma_st": forces.stick_fraction,
+        "poisson_ratio": np.full_like(xi, table.values.poisson_ratio)}
     rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
     if csv is not None:
         write_bytes(csv, csv_text(columns, rows).encode())
@@ -182,23 +191,3 @@ def _values(text: str, hint: str) -> tuple[float, ...]:
         if not axis.numeric:
             raise ValueError(f'"{text}" is not a number')
         return tuple(float(value) for value in axis.values)
-
-
-def _forces(
-    table: CreepForceTable, creepages: tuple[str, str, str], semi_axes: Sequence[float],
-    contact: tuple[float, float, float], outside: Outside, law: FrictionLaw | None, speed: float,
-) -> dict[str, NDArray[np.float64]]:
-    """Columns of forces, in the units of their names. Raises OutsideTable, ValueError."""
-    hints = ("--longitudinal", "--lateral", "--spin-rad-mm")
-    values = [_values(text, hint) for text, hint in zip(creepages, hints, strict=True)]
-    xi, eta, phi = (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*values, indexing="ij"))
-    (a, b), (modulus, friction, load) = semi_axes, contact
-    forces = table.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=modulus * 1e9, friction=friction,
-                          load=load, outside=outside, law=law, speed=speed)
-    return {
-        "creepage_longitudinal": xi, "creepage_lateral": eta, "creepage_spin_rad_mm": phi, "force_x_N": forces.force_x,
-        "force_y_N": forces.force_y, "force_error_N": forces.error, "spin_moment_Nmm": forces.spin_moment * 1e3,
-        "spin_moment_error_Nmm": forces.spin_moment_error * 1e3, "T_gamma_N": forces.t_gamma,
-        "T_gamma_error_N": forces.t_gamma_error, "gamma_st": forces.stick_fraction,
-        "poisson_ratio": np.full_like(xi, table.values.poisson_ratio),
-    }

@@ -13,7 +13,6 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, with_remarks
-from thermoroll_cli.files.result.compare import Comparison
 from thermoroll_cli.files.result.compare import compare as compared
 from thermoroll_cli.files.result.export import export_csv, export_stress_path, export_xdmf
 from thermoroll_cli.files.result.outcome import read_result, read_tree
@@ -126,11 +125,19 @@ def compare(
     check_no_cases([a, b])
     comparison = compared(read_tree(a), read_tree(b), rtol)
     if as_json:
-        rows = [{**vars(row), "within": row.within(rtol)} for row in comparison.rows]
         streams.write_json({"within": comparison.within, "rtol": rtol, "largest": comparison.largest, "notes": comparison.notes,
-                            "rows": rows})
+                            "rows": [{**vars(row), "within": row.within(rtol)} for row in comparison.rows]})
     elif not quiet:
-        streams.write(*_comparison_lines(comparison, verbose))
+        # Differences above the tolerance, worst first; with `verbose` all of them, in their order.
+        rows, outside, width = comparison.rows if verbose else comparison.outside, len(comparison.outside), streams.width()
+        table = [("", "first", "second", "difference", "")]
+        table += [(row.name, _value(row.a), _value(row.b), "–" if math.isnan(row.difference) else f"{row.difference:.1e}",
+                   "; ".join(filter(None, ("outside" if verbose and not row.within(rtol) else "",
+                                           "" if row.note in comparison.notes else row.note)))) for row in rows]
+        verdict = f"{outside} of {len(comparison.rows)} quantities are outside" if outside else "all within"
+        streams.write(*(with_remarks(table, width) if rows else ()),
+                      *(line for text in comparison.notes for line in folded(f"note: {text}", width)),
+                      f"{verdict} {rtol:g}; largest difference {comparison.largest:.1e}")
     raise typer.Exit(ExitCode.FINE if comparison.within else ExitCode.OUTSIDE_TOLERANCE)
 
 
@@ -178,22 +185,6 @@ def check_no_cases(paths: Sequence[Path]) -> None:
 def _stem(result: Path, folder: Path | None) -> Path:
     """Path without suffix of the files made from `result`."""
     return (result.parent if folder is None else folder) / result.stem
-
-
-def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
-    """Differences above the tolerance, worst first; with `verbose` all of them, in their order."""
-    shown = comparison.rows if verbose else comparison.outside
-    lines = [("", "first", "second", "difference", "")]
-    lines += [(row.name, _value(row.a), _value(row.b), "–" if math.isnan(row.difference) else f"{row.difference:.1e}",
-               "; ".join(filter(None, ("outside" if verbose and not row.within(comparison.rtol) else "",
-                                       "" if row.note in comparison.notes else row.note)))) for row in shown]
-    outside, width = len(comparison.outside), streams.width()
-    verdict = f"{outside} of {len(comparison.rows)} quantities are outside" if outside else "all within"
-    return [
-        *(with_remarks(lines, width) if shown else []),
-        *(line for text in comparison.notes for line in folded(f"note: {text}", width)),
-        f"{verdict} {comparison.rtol:g}; largest difference {comparison.largest:.1e}",
-    ]
 
 
 def _value(value: float | str | None) -> str:

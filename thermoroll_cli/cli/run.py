@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,11 +16,10 @@ from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
-from thermoroll_cli.files.case import Case, CaseError, Override
+from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import write_csv
 from thermoroll_cli.problem.names import ALL_SCALARS
-from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
 from thermoroll_cli.python_api import KINDS, solve
 from thermoroll_cli.refinement.plan import COARSEST
@@ -59,26 +58,8 @@ def run(
     if not cases and not from_results:
         raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
     options.check_standard_input(cases or [])
-    overrides = options.parse_overrides(settings)
-    def run_case(case: Case) -> int:
-        to = Ending(output, as_json, options.plots_of(case, plots, no_plots), formats, dpi, report, quiet)
-        return _run_case(case, to=to, normalised=normalised, threads=threads, verbose=verbose)
-
-    valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
-    twice = [name for name, count in Counter(case.name for case in valid).items() if count > 1]
-    if twice:
-        raise typer.BadParameter(f"several cases would write {twice[0]}.h5: rename one, or run them one by one")
-    options.check_writable(output)
-    codes = [_attempt(case, run_case, as_json=as_json) for case in valid]
-    raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
-
-
-def _read_all(
-    paths: Sequence[Path], result_paths: Sequence[Path], overrides: Sequence[Override], *, as_json: bool
-) -> list[Case]:
-    """All cases, checked. Ends the program (invalid case) where one cannot be solved, with the errors of all."""
-    valid, errors = [], {}
-    for path, stored in (*((path, False) for path in paths), *((path, True) for path in result_paths)):
+    overrides, valid, errors = options.parse_overrides(settings), list[Case](), dict[Path, CaseError]()
+    for path, stored in (*((path, False) for path in cases or ()), *((path, True) for path in from_results or ())):
         try:
             valid.append(options.read_case(path, overrides, stored=stored))
         except CaseError as cause:
@@ -87,7 +68,17 @@ def _read_all(
         for path, error in errors.items() if as_json else ():
             streams.write_json(options.invalid_record(str(path), error))
         raise typer.Exit(streams.report_invalid(list(errors.values())))
-    return valid
+    twice = [name for name, count in Counter(case.name for case in valid).items() if count > 1]
+    if twice:
+        raise typer.BadParameter(f"several cases would write {twice[0]}.h5: rename one, or run them one by one")
+    options.check_writable(output)
+
+    def run_case(case: Case) -> int:
+        to = Ending(output, as_json, options.plots_of(case, plots, no_plots), formats, dpi, report, quiet)
+        return _run_case(case, to=to, normalised=normalised, threads=threads, verbose=verbose)
+
+    codes = [_attempt(case, run_case, as_json=as_json) for case in valid]
+    raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
 
 
 def _attempt(case: Case, run_case: Callable[[Case], int], *, as_json: bool) -> int:
@@ -152,25 +143,24 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
 
         return [f"{case.name}_{kind}" for kind in kinds_of(result)]
 
+    def lines() -> list[str]:
+        width, row = streams.width(), row_of(result.summary())
+        names = list(ALL_SCALARS) if verbose else listed_scalars(row, result.problem)
+        title = f" ({case.settings.title})" if case.settings.title else ""
+        grid = "×".join(str(side) for side in result.work.get("grid", ()))
+        outcome = "converged" if result.converged else "NOT CONVERGED"
+        both = result.isothermal is not result.coupled
+        single, sides, patches = assembly_rows(result, names, verbose=verbose) if result.assembly else (names, [], [])
+        # A reason says already why a state on one grid alone has none.
+        without = result.converged and not result.assembly and all(map(math.isnan, result.uncertainty.values()))
+        head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
+        return [
+            *(head if result.converged else streams.in_colour(head, streams.RED)),
+            *scalar_table(row, single, both=both, width=width), *align(sides), *align(patches),
+            *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
+                     f"{2 * COARSEST} or more", width) if without else ()),
+        ]
+
     return deliver(to, case.name, case.name, write=write, draw=draw, section=section,
-                   record={"title": case.settings.title, **result.summary()}, lines=lambda: _report(case, result, verbose),
+                   record={"title": case.settings.title, **result.summary()}, lines=lines,
                    reason=result.reason, warnings=result.warnings, drawable=drawable)
-
-
-def _report(case: Case, result: Result, verbose: bool) -> list[str]:
-    width, row = streams.width(), row_of(result.summary())
-    names = list(ALL_SCALARS) if verbose else listed_scalars(row, result.problem)
-    title = f" ({case.settings.title})" if case.settings.title else ""
-    grid = "×".join(str(side) for side in result.work.get("grid", ()))
-    outcome = "converged" if result.converged else "NOT CONVERGED"
-    both = result.isothermal is not result.coupled
-    single, sides, patches = assembly_rows(result, names, verbose=verbose) if result.assembly else (names, [], [])
-    # A reason says already why a state on one grid alone has none.
-    without = result.converged and not result.assembly and all(map(math.isnan, result.uncertainty.values()))
-    head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
-    return [
-        *(head if result.converged else streams.in_colour(head, streams.RED)),
-        *scalar_table(row, single, both=both, width=width), *align(sides), *align(patches),
-        *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
-                 f"{2 * COARSEST} or more", width) if without else ()),
-    ]

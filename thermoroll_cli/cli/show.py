@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 from thermoroll_cli.cli import options, streams
@@ -63,45 +62,33 @@ def show(
         streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **facts, "warnings": warnings,
                             **planned})
         return
-    width = streams.width()
+    width, title = streams.width(), read.settings.title
+    table = [("inputs", "", "in SI")]
+    table += [(f"  {item.key}", shown(item.value), item.shown_si) for item in read.inputs if item.key != "title"]
+    lines = [*folded(read.name + (f" ({title})" if title else ""), width, indent=""), *(line[2:] for line in align(table))]
+    if read.profiles:
+        lines += "files as they were read", *with_remarks(
+            [(key, series_words(record) if "times" in record else reading_words(record))
+             for key, record in read.profiles.items()], width)
     meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS
+    lines += "known before solving", *with_remarks(
+        [(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width)
+    if plan is not None:
+        steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
+        numerics, drawing = read.problem.numerics, _picture_seconds(read, plan)
+        asked = ", ".join(numerics.accuracy_of) or "the scalars"
+        upto = f" at most, until {asked} are good to {numerics.accuracy:g}" if numerics.accuracy is not None else ""
+        pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
+        seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core
+        lines += "plan", *with_remarks(steps, width), f"  grid {plan.grid[0]}×{plan.grid[1]}{upto}", (
+            f"  {'at most ' if upto else ''}about {_memory(read, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}")
     streams.write(
-        *_input_lines(read, width), "known before solving",
-        *with_remarks([(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width),
-        *(() if plan is None else _plan_lines(read, plan, width)),
-        *(line for warning in warnings for line in folded(f"warning: {warning}", width)))
+        *lines, *(line for warning in warnings for line in folded(f"warning: {warning}", width)))
 
 
 def _finite(value: Any) -> Any:
     """JSON has no infinity: "inf", as in the resolved case of a result file."""
     return "inf" if value == float("inf") else value
-
-
-def _input_lines(case: Case, width: int) -> Iterator[str]:
-    title = case.settings.title
-    yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
-    table = [("inputs", "", "in SI")]
-    table += [(f"  {item.key}", shown(item.value), item.shown_si) for item in case.inputs if item.key != "title"]
-    yield from (line[2:] for line in align(table))
-    if case.profiles:
-        yield "files as they were read"
-        yield from with_remarks([(key, series_words(record) if "times" in record else reading_words(record))
-                                 for key, record in case.profiles.items()], width)
-
-
-def _plan_lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
-    yield "plan"
-    steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
-    yield from with_remarks(steps, width)
-    accuracy = case.problem.numerics.accuracy
-    asked = ", ".join(case.problem.numerics.accuracy_of) or "the scalars"
-    upto = f" at most, until {asked} are good to {accuracy:g}" if accuracy is not None else ""
-    yield f"  grid {plan.grid[0]}×{plan.grid[1]}{upto}"
-    drawing = _picture_seconds(case, plan)
-    pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
-    bound = "at most " if accuracy is not None else ""
-    seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core
-    yield f"  {bound}about {_memory(case, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}"
 
 
 def _memory(case: Case, plan: Plan) -> int:

@@ -40,16 +40,16 @@ PLAIN = {"±": "+-", "×": "x", "µ": "u", "−": "-", "–": "-", "→": "->", 
 """Letters for terminals that have only those of ASCII; others by what Unicode says is the same."""
 
 
-def _in_plain_letters(fault: UnicodeError) -> tuple[str, int]:
-    assert isinstance(fault, UnicodeEncodeError)
-    lacking = fault.object[fault.start : fault.end]
-    known = "".join(PLAIN.get(letter) or unicodedata.normalize("NFKD", letter) for letter in lacking)
-    return known.encode("ascii", "replace").decode(), fault.end
-
-
 def prepare() -> None:
     """Let no character that the terminal's encoding lacks stop the program."""
-    codecs.register_error("thermoroll", _in_plain_letters)
+
+    def in_plain_letters(fault: UnicodeError) -> tuple[str, int]:
+        assert isinstance(fault, UnicodeEncodeError)
+        lacking = fault.object[fault.start : fault.end]
+        known = "".join(PLAIN.get(letter) or unicodedata.normalize("NFKD", letter) for letter in lacking)
+        return known.encode("ascii", "replace").decode(), fault.end
+
+    codecs.register_error("thermoroll", in_plain_letters)
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:

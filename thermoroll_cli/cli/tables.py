@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from thermoroll_cli.sweeps.points import Points
     from thermoroll_cli.sweeps.table import Row
 
+BALLS = ("normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa", "Q_F_W")
+"""Columns of the table of the balls of a bearing."""
 _NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
 _NARROWEST = 9
 """Headers and meanings are not cut to less."""
@@ -77,7 +79,14 @@ def assembly_rows(
     sides: list[tuple[str, ...]] = [("", "left", "right", "")]
     sides += [(left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left)) for left, right in sided.items()]
     if result.assembly == "bearing":
-        sides = _balls(result)
+        # A row for each contact of a ball; balls that are alike have one for all of them.
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for contact in result.contacts:
+            record = contact.record
+            values = record["ring"], *(number(record[name], 4) if name in record else "" for name in BALLS)
+            alike.setdefault(values, []).append(str(record["ball"]))
+        sides = [("ball", "ring", *BALLS), *(
+            (", ".join(balls) if len(balls) < 4 else f"{balls[0]}, … {balls[-1]}", *values) for values, balls in alike.items())]
     shown = result.shown
     rows = [("patch" if result.assembly == "wheelset" else "contact", *(patch.name.replace("_", " ") for patch in shown), "")]
     for name, scalar in OF_CONTACTS[result.assembly].items():
@@ -86,20 +95,6 @@ def assembly_rows(
                      if name in patch.record else "" for patch in shown)
             rows.append((name, *cells, unit_of(name)))
     return single, sides, rows if shown else []
-
-
-BALLS = ("normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa", "Q_F_W")
-
-
-def _balls(result: Result) -> list[tuple[str, ...]]:
-    """A row for each contact of a ball bearing; balls that are alike have one for all of them."""
-    alike: dict[tuple[str, ...], list[str]] = {}
-    for contact in result.contacts:
-        record = contact.record
-        cells = record["ring"], *(number(record[name], 4) if name in record else "" for name in BALLS)
-        alike.setdefault(cells, []).append(str(record["ball"]))
-    named = [(", ".join(balls) if len(balls) < 4 else f"{balls[0]}, … {balls[-1]}", *cells) for cells, balls in alike.items()]
-    return [("ball", "ring", *BALLS), *named]
 
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:

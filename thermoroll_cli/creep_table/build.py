@@ -124,38 +124,27 @@ def build_table(
             report(finished, False)
         for key in run(pending, journal, workers, note):
             report(counts[key], True)
-        table = _assembled(plan, [np.array(journal[task.key]["values"]) for task in grid])
+        found = [np.array(journal[task.key]["values"]) for task in grid]
         direct = [np.array(journal[task.key]["values"]) for task in checks]
-    return replace(table, quality=_quality(table, checks, direct))
+    axes, count = plan.axes, len(plan.axes.aspect_ratios)
+    flat = np.concatenate(found, axis=1).reshape(5, count, axes.magnitudes - 1, axes.directions, axes.spins)
+    values, errors = np.zeros((count, len(QUANTITIES), *axes.shape)), np.zeros((count, *axes.shape))
+    values[:, -1, 0] = 1.0  # without creepage everything sticks
+    values[:, :, 1:] = np.moveaxis(flat[:4], 0, 1)
+    errors[:, 1:] = flat[4]
+    table = TableValues(axes, plan.poisson_ratio, plan.accuracy, values, errors)
+    known = flat[4][~np.isnan(flat[4])]
+    quality = Quality(float(np.sqrt(np.mean(known**2))), float(known.max()))
+    if checks:
+        # The table against the solver at the random points.
+        interpolant = Interpolant(table)
+        missed = np.concatenate([
+            np.hypot(*(interpolant(np.array([task.ratio]), task.scaled) - exact[:4])[FORCES][:2])
+            for task, exact in zip(checks, direct, strict=True)])
+        missed = missed[~np.isnan(missed)]
+        quality = replace(quality, points=len(missed), rms=float(np.sqrt(np.mean(missed**2))), largest=float(missed.max()))
+    return replace(table, quality=quality)
 
 
 def journal_path(path: pathlib.Path) -> pathlib.Path:
     return path.with_name(path.name + ".jsonl")
-
-
-def _assembled(plan: TablePlan, parts: list[Array]) -> TableValues:
-    axes = plan.axes
-    count = len(axes.aspect_ratios)
-    flat = np.concatenate(parts, axis=1).reshape(5, count, axes.magnitudes - 1, axes.directions, axes.spins)
-    values = np.zeros((count, len(QUANTITIES), *axes.shape))
-    values[:, -1, 0] = 1.0  # without creepage everything sticks
-    values[:, :, 1:] = np.moveaxis(flat[:4], 0, 1)
-    errors = np.zeros((count, *axes.shape))
-    errors[:, 1:] = flat[4]
-    return TableValues(axes, plan.poisson_ratio, plan.accuracy, values, errors)
-
-
-def _quality(table: TableValues, checks: list[TableTask], direct: list[Array]) -> Quality:
-    """Errors of the solver over the whole table, and of the table against the solver at the random points."""
-    errors = table.errors[:, 1:][~np.isnan(table.errors[:, 1:])]
-    quality = Quality(float(np.sqrt(np.mean(errors**2))), float(errors.max()))
-    if not checks:
-        return quality
-    interpolant = Interpolant(table)
-    misses = []
-    for task, values in zip(checks, direct, strict=True):
-        interpolated = interpolant(np.array([task.ratio]), task.scaled)
-        misses.append(np.hypot(*(interpolated - values[:4])[FORCES][:2]))
-    missed = np.concatenate(misses)
-    missed = missed[~np.isnan(missed)]
-    return replace(quality, points=len(missed), rms=float(np.sqrt(np.mean(missed**2))), largest=float(missed.max()))

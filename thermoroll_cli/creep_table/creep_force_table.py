@@ -165,8 +165,10 @@ class CreepForceTable:
 
     def _values(self, ratio: Array, creepages: Array, inside: NDArray[np.bool_]) -> Array:
         """`QUANTITIES` (4, n) at ξ', η', φ' (3, n)."""
-        per = self._scales(ratio)
-        x, y, z = creepages * per
+        # X/ξ', Y/η', Z/φ' (3, n), or of one ratio for all: between many different ones by interpolation.
+        nu, few = self.values.poisson_ratio, len(ratio) <= 8
+        x, y, z = creepages * (np.array([scales(creepage_coefficients(float(each), nu)) for each in ratio]).T if few
+                               else self._interpolant.scales_of(ratio))
         # The quadrant X, Y ≥ 0 determines the others.
         turn_x, turn_y = np.where(x < 0.0, -1.0, 1.0), np.where(y < 0.0, -1.0, 1.0)
         scaled = np.stack([np.abs(x), np.abs(y), z * turn_y])
@@ -182,13 +184,6 @@ class CreepForceTable:
         noise = np.abs(values[:3]) <= 1e-9 * np.abs(values[:3]).max(axis=0) + 1e-15
         values[:3] = np.where(noise, 0.0, values[:3])
         return values
-
-    def _scales(self, ratio: Array) -> Array:
-        """X/ξ', Y/η', Z/φ' as (3, n) for ratios (n,) or one for all: between many different ones by interpolation."""
-        nu = self.values.poisson_ratio
-        if len(ratio) <= 8:
-            return np.array([scales(creepage_coefficients(float(r), nu)) for r in ratio]).T
-        return self._interpolant.scales_of(ratio)
 
 
 REFLECTED = np.array([1.0, -1.0, -1.0, 1.0, 1.0])

@@ -95,8 +95,17 @@ class _Checker:
                 self._rolling_speed()
             if name not in model.Head.model_fields:
                 self._section(name, field)
-        self._exclusive()
-        self._lateral_shapes()
+        for first, second, allowed in EXCLUSIVE:
+            path, given = key_path(first), self.source.get(key_path(second))
+            if given is not None and self.source.get(path) is not None:
+                message = f"cannot be given together with {first}{self.source.line_of(path)}"
+                self._note(key_path(second), message, allowed=allowed, at_key=isinstance(given, dict))
+        for body in BODIES if isinstance(self.content.get("geometry"), dict) else ():
+            # Across rolling each body has a radius, or a profile.
+            key, profile, given = f"{body}_radius_y_mm", f"{body}_profile", self.content["geometry"]
+            if not {key, profile} & {*given, *self._meant(("geometry",), given)}:
+                path = ("geometry", key)
+                self._note(path, "is missing", allowed=f"{allowed_values(path)}; or a table [geometry.{profile}]", at_key=True)
         for conflict in conflicts(self.sections):
             self._note(conflict.path, conflict.message + self.source.line_of(conflict.other), allowed=conflict.allowed,
                        hint=conflict.hint, at_key=conflict.at_key)
@@ -106,7 +115,17 @@ class _Checker:
             if ".".join(map(str, override.path)) in varied:
                 self._note(override.path, "changes over time as history.values says", allowed="another key", at_key=True)
         self._raise()
-        settings = self._resolved()
+        sections = dict(self.sections)
+        if sections["thermal"] is None:
+            sections["thermal"] = model.ThermalTable(heat=heat_is_on(sections))
+        numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
+        if numerics.grid is None and numerics.accuracy is None:
+            sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
+        for way in ("longitudinal", "lateral") if sections["wheelset"] is None and sections["bearing"] is None else ():
+            if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None:
+                creepage = creepage.model_copy(update={way: 0.0})
+        # Every part of it has been checked.
+        settings = Settings.model_construct(title=self.content.get("title", ""), **sections | {"creepage": creepage})
         try:
             reasons = [*reasons_against(DerivedQuantities(problem_of(settings)))]
         except Unsolvable as cause:  # there is no problem to ask
@@ -229,24 +248,6 @@ class _Checker:
                 "speed_m_s" not in {*rolling, *self._meant(("rolling",), rolling)}):
             self._note(path, "is missing", allowed=allowed_values(path), at_key=True)
 
-    def _exclusive(self) -> None:
-        for first, second, allowed in EXCLUSIVE:
-            path, given = key_path(first), self.source.get(key_path(second))
-            if given is not None and self.source.get(path) is not None:
-                message = f"cannot be given together with {first}{self.source.line_of(path)}"
-                self._note(key_path(second), message, allowed=allowed, at_key=isinstance(given, dict))
-
-    def _lateral_shapes(self) -> None:
-        """Across rolling each body has a radius, or a profile."""
-        given = self.content.get("geometry")
-        if not isinstance(given, dict):
-            return
-        for body in BODIES:
-            key, profile = f"{body}_radius_y_mm", f"{body}_profile"
-            if not {key, profile} & {*given, *self._meant(("geometry",), given)}:
-                path = ("geometry", key)
-                self._note(path, "is missing", allowed=f"{allowed_values(path)}; or a table [geometry.{profile}]", at_key=True)
-
     def _table(self, path: KeyPath, kind: type[Table], given: dict[str, Any], ignored: Iterable[str] = ()) -> Table | None:
         """The table of `given`, or None where it has errors, which are noted; but not those of keys that are `ignored`."""
         try:
@@ -255,20 +256,19 @@ class _Checker:
             seen: set[KeyPath] = {(*path, key) for key in ignored}
             for error in cause.errors(include_url=False):  # a value that fits none of several types has one error for each
                 place = _place((*path, error["loc"][0]), error["loc"][1:])
-                if place not in seen:
-                    seen.add(place)
-                    self._invalid(place, error)
+                if place in seen:
+                    continue
+                seen.add(place)
+                if error["type"] == "extra_forbidden":
+                    self._unknown_in(place[:-1], place[-1:])
+                elif error["type"] != "missing":
+                    entry = entry_at(place)
+                    self._note(place, _message(error, entry), allowed=allowed_values(place),
+                               hint=_value_hint(error["input"], entry))
+                elif place[-1] not in self._meant(place[:-1], error["input"]):
+                    # A misspelt key is one error, not two.
+                    self._note(place, "is missing", allowed=allowed_values(place), at_key=True)
         return None
-
-    def _invalid(self, path: KeyPath, error: Any) -> None:
-        if error["type"] == "extra_forbidden":
-            self._unknown_in(path[:-1], path[-1:])
-        elif error["type"] != "missing":
-            entry = entry_at(path)
-            self._note(path, _message(error, entry), allowed=allowed_values(path), hint=_value_hint(error["input"], entry))
-        elif path[-1] not in self._meant(path[:-1], error["input"]):
-            # A misspelt key is one error, not two.
-            self._note(path, "is missing", allowed=allowed_values(path), at_key=True)
 
     def _meant(self, table: KeyPath, given: dict[str, Any]) -> set[str]:
         """Keys of `table` that are missing only because they are misspelt."""
@@ -281,22 +281,6 @@ class _Checker:
 
     def _note(self, path: KeyPath, message: str, **details: Any) -> None:
         self.findings.append(self.source.finding(path, message, **details))
-
-    def _resolved(self) -> Settings:
-        """The settings with all defaults filled in."""
-        sections = dict(self.sections)
-        if sections["thermal"] is None:
-            sections["thermal"] = model.ThermalTable(heat=heat_is_on(sections))
-        numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
-        if numerics.grid is None and numerics.accuracy is None:
-            sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
-        for way in ("longitudinal", "lateral") if sections["wheelset"] is None and sections["bearing"] is None else ():
-            if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None:
-                creepage = creepage.model_copy(update={way: 0.0})
-        sections["creepage"] = creepage
-        # Every part of it has been checked.
-        return Settings.model_construct(title=self.content.get("title", ""), **sections)
-
 
 def _place(path: KeyPath, location: tuple[Any, ...]) -> KeyPath:
     """The path of the key that an error at `location` behind `path` is about: no entry of a list, no alternative of a type."""
@@ -367,11 +351,8 @@ def _missing_table(name: str, field: FieldInfo) -> str:
 
 def _same_quantity(key: str, known: Iterable[str]) -> str:
     """The known key that differs from `key` in its unit only."""
-    return next((name for name in known if _alike(name, key) and name.lower() != key.lower()), "")
-
-
-def _alike(one: str, other: str) -> bool:
-    return quantity_of(one).lower() == quantity_of(other).lower()
+    wanted = quantity_of(key).lower()
+    return next((name for name in known if quantity_of(name).lower() == wanted and name.lower() != key.lower()), "")
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:

@@ -49,38 +49,34 @@ class Places:
         self.found: dict[KeyPath, Place] = {}
         self.duplicate: tuple[KeyPath, Span, Span] | None = None
         self._written: dict[KeyPath, Span] = {}
-        self._count: dict[KeyPath, int] = {}
+        count: dict[KeyPath, int] = {}
         prefix: KeyPath = ()
-        depth, quotes = 0, ""
+        brackets, quotes = 0, ""
         for number, line in enumerate(text.split("\n"), 1):
             if quotes:  # within a text of several lines
                 quotes = "" if quotes in line else quotes
-            elif depth:  # within a list of several lines
-                depth += _open_brackets(line)
+            elif brackets:  # within a list of several lines
+                brackets += _open_brackets(line)
             elif header := _HEADER.match(line):
-                prefix = self._header_path(_parts(header[2]), many=header[1].startswith("[["))
+                # With the number of the latest table wherever it leads through a list of tables.
+                parts, prefix = _parts(header[2]), ()
+                for depth, part in enumerate(parts, 1):
+                    prefix = (*prefix, part)
+                    if header[1].startswith("[[") and depth == len(parts):
+                        count[prefix] = count.get(prefix, 0) + 1
+                    if prefix in count:
+                        prefix = (*prefix, count[prefix] - 1)
                 span = Span(number, header.start(1) + 1, len(header[1]))
                 self._record(prefix, Place(span, span))
             elif key := _ASSIGNMENT.match(line):
                 path, value = (*prefix, *_parts(key[1])), line[key.end():]
                 quotes = next((q for q in ('"""', "'''") if value.startswith(q) and q not in value[3:]), "")
-                depth = 0 if quotes else _open_brackets(value)
+                brackets = 0 if quotes else _open_brackets(value)
                 shown = value if quotes else _VALUE.match(value)[0].rstrip()  # type: ignore[index]  # it matches anything
                 self._record(path, Place(_span(number, key, 1), Span(number, key.end() + 1, max(len(shown), 1))))
                 for inner in _INLINE_KEY.finditer(shown) if shown.startswith("{") else ():
                     place = Place(_span(number, inner, 1, key.end()), _span(number, inner, 2, key.end()))
                     self._record((*path, *_parts(inner[1])), place)
-
-    def _header_path(self, parts: KeyPath, *, many: bool) -> KeyPath:
-        """The path of a header, with the number of the latest table wherever it leads through a list of tables."""
-        path: KeyPath = ()
-        for depth, part in enumerate(parts, 1):
-            path = (*path, part)
-            if many and depth == len(parts):
-                self._count[path] = self._count.get(path, 0) + 1
-            if path in self._count:
-                path = (*path, self._count[path] - 1)
-        return path
 
     def _record(self, path: KeyPath, place: Place) -> None:
         first = self._written.setdefault(path, place.key)

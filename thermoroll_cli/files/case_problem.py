@@ -183,14 +183,14 @@ def _subsurface(table: model.SubsurfaceTable | None, strength: model.StrengthTab
 def _wear(table: model.WearTable | None, geometry: model.GeometryTable) -> si.Wear | None:
     if table is None:
         return None
-    lower, upper = (_worn_body(getattr(table, body), geometry.si(f"{body}_radius_x_mm")) for body in si.BODIES)
-    return si.Wear(lower, upper, **table.in_si())
-
-
-def _worn_body(table: model.WornBodyTable | None, radius: float) -> si.WornBody:
-    if table is None:
-        return si.WornBody()
-    given, factor = table.specific_wear_rate_mm3_Nm, table.si_unit("specific_wear_rate_mm3_Nm")[1]
-    rate = tuple((work * 1e6, rate * factor) for work, rate in given) if isinstance(given, list) else (
-        table.si("specific_wear_rate_mm3_Nm"))
-    return si.WornBody(rate, table.track_length_m or 2.0 * math.pi * abs(radius))
+    worn = []
+    for body in si.BODIES:
+        own: model.WornBodyTable | None = getattr(table, body)
+        if own is None:
+            worn.append(si.WornBody())
+            continue
+        key = "specific_wear_rate_mm3_Nm"
+        given, factor = own.specific_wear_rate_mm3_Nm, own.si_unit(key)[1]
+        rate = tuple((work * 1e6, each * factor) for work, each in given) if isinstance(given, list) else own.si(key)
+        worn.append(si.WornBody(rate, own.track_length_m or 2.0 * math.pi * abs(geometry.si(f"{body}_radius_x_mm"))))
+    return si.Wear(worn[0], worn[1], **table.in_si())

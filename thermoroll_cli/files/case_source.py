@@ -128,7 +128,15 @@ def read_source(path: str | os.PathLike[str], overrides: Sequence[Override] = ()
     if raw.startswith(b"\x89HDF\r\n\x1a\n"):
         hint = "thermoroll plot, export and compare read result files; thermoroll run --from solves one again"
         raise CaseError([Finding("this is an HDF5 file, not a case file", source=name, hint=hint)])
-    return parse_source(_decode(name, raw), name, overrides)
+    try:
+        return parse_source(raw.decode("utf-8-sig"), name, overrides)  # some editors put a mark in front
+    except UnicodeDecodeError as cause:
+        line_start = raw.rfind(b"\n", 0, cause.start) + 1
+        column = len(raw[line_start : cause.start].decode("utf-8-sig")) + 1
+        line_text = raw[line_start:].split(b"\n", 1)[0].decode("utf-8", "replace")
+        raise CaseError([Finding(f"not UTF-8 text: byte 0x{raw[cause.start]:02x}", hint="save the file with the encoding UTF-8",
+                                 source=name, span=Span(raw.count(b"\n", 0, cause.start) + 1, column, 1),
+                                 line_text=line_text)]) from None
 
 
 def parse_source(text: str, name: str, overrides: Sequence[Override] = ()) -> CaseSource:
@@ -184,21 +192,6 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
         if isinstance(table, list):
             raise CaseError([Finding(f"{override.path[-1]} stands in several tables: say in which", source=override.place)])
         table[override.path[-1]] = override.value
-
-
-def _decode(name: str, raw: bytes) -> str:
-    try:
-        return raw.decode("utf-8-sig")  # some editors put a mark in front
-    except UnicodeDecodeError as cause:
-        before = raw[: cause.start]
-        line = before.count(b"\n") + 1
-        line_start = before.rfind(b"\n") + 1
-        column = len(raw[line_start : cause.start].decode("utf-8-sig")) + 1
-        line_text = raw[line_start:].split(b"\n", 1)[0].decode("utf-8", "replace")
-        message = f"not UTF-8 text: byte 0x{raw[cause.start]:02x}"
-        hint = "save the file with the encoding UTF-8"
-        finding = Finding(message, hint=hint, source=name, span=Span(line, column, 1), line_text=line_text)
-        raise CaseError([finding]) from None
 
 
 def _similar_file(name: str) -> str:

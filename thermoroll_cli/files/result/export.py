@@ -47,7 +47,29 @@ def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     domain = ElementTree.SubElement(root, "Domain")
     for name, contact in result.by_suffix.items():
         inside = f"/patches/{contact.name}" if name else ""
-        _add_contact(domain, contact, f"{contact.name}: " if name else "", f"{hdf5}:{inside}", points)
+        where, of = f"{hdf5}:{inside}", f"{contact.name}: " if name else ""
+        for group, prefix, state in _states(contact):
+            if not prefix or contact.own_grids:
+                title = "contact without thermal deformation" if prefix else "contact"
+                grid = _add_grid(domain, of + title, (state.x.size, state.y.size), points.add(state.x, state.y, np.zeros(1)))
+            for field, values in state.fields.items():
+                _add_field(grid, prefix + field, values, f"{where}{group}/{field}")
+            for family in (family for family in ("shear", "slip") if f"{family}_x" in state.fields):
+                # Readers put components together; the third is 0.
+                shape = state.fields[f"{family}_x"].shape
+                vector = ElementTree.SubElement(grid, "Attribute", Name=prefix + family, AttributeType="Vector", Center="Node")
+                joined = ElementTree.SubElement(vector, "DataItem", ItemType="Function", Function="JOIN($0, $1, 0*$0)",
+                                                Dimensions=" ".join(map(str, (*shape, 1, 3))), NumberType="Float",
+                                                Precision="8")
+                for component in "xy":
+                    _data_item(joined, shape, np.dtype(np.float64), f"{where}{group}/{family}_{component}")
+        for body, stresses in contact.bodies.items():
+            if stresses.fields:
+                shape = next(iter(stresses.fields.values())).shape
+                grid = _add_grid(domain, f"{of}{body} body", shape,
+                                 points.add(contact.x, contact.y, SIDES[body] * stresses.depths))
+                for field, values in stresses.fields.items():
+                    _add_field(grid, field, values, f"{where}/{body}/{field}")
     ElementTree.indent(root)
     save(points.path, Node(nodes=points.meshes), "points of a mesh")
     write_bytes(out, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
@@ -72,25 +94,6 @@ class _Points(NamedTuple):
         return f"{self.path.name}:/{name}/points"
 
 
-def _add_contact(domain: ElementTree.Element, result: Result, name: str, where: str, points: _Points) -> None:
-    """The grids of a contact, which is called `name` and stored below `where`."""
-    for group, prefix, state in _states(result):
-        if not prefix or result.own_grids:
-            title = "contact without thermal deformation" if prefix else "contact"
-            grid = _add_grid(domain, name + title, (state.x.size, state.y.size), points.add(state.x, state.y, np.zeros(1)))
-        for field, values in state.fields.items():
-            _add_field(grid, prefix + field, values, f"{where}{group}/{field}")
-        for family in ("shear", "slip"):
-            if f"{family}_x" in state.fields:
-                _add_vector(grid, prefix + family, state.fields[f"{family}_x"].shape, f"{where}{group}/{family}")
-    for body, stresses in result.bodies.items():
-        if stresses.fields:
-            shape = next(iter(stresses.fields.values())).shape
-            grid = _add_grid(domain, f"{name}{body} body", shape, points.add(result.x, result.y, SIDES[body] * stresses.depths))
-            for field, values in stresses.fields.items():
-                _add_field(grid, field, values, f"{where}/{body}/{field}")
-
-
 def _add_grid(domain: ElementTree.Element, title: str, shape: tuple[int, ...], points: str) -> ElementTree.Element:
     grid = ElementTree.SubElement(domain, "Grid", Name=title, GridType="Uniform")
     # One layer in three dimensions: VTK reads vectors on a mesh of two dimensions as arrays of another length.
@@ -103,16 +106,6 @@ def _add_grid(domain: ElementTree.Element, title: str, shape: tuple[int, ...], p
 def _add_field(grid: ElementTree.Element, name: str, values: AnyArray, where: str) -> None:
     attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center="Node")
     _data_item(attribute, values.shape, values.dtype, where)
-
-
-def _add_vector(grid: ElementTree.Element, name: str, shape: tuple[int, ...], where: str) -> None:
-    """The vector with the components `where`_x and `where`_y, which readers put together; its third component is 0."""
-    attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType="Vector", Center="Node")
-    sides = " ".join(map(str, (*shape, 1, 3)))
-    joined = ElementTree.SubElement(attribute, "DataItem", ItemType="Function", Function="JOIN($0, $1, 0*$0)",
-                                    Dimensions=sides, NumberType="Float", Precision="8")  # fmt: skip
-    for component in "xy":
-        _data_item(joined, shape, np.dtype(np.float64), f"{where}_{component}")
 
 
 def _data_item(parent: ElementTree.Element, shape: tuple[int, ...], dtype: np.dtype, where: str) -> None:
@@ -138,25 +131,19 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
     if result.assembly:
         rows = [patch | {f"uncertainty.{name}": error for name, error in patch["uncertainty"].items() if not math.isnan(error)}
                 for patch in map(dict, result.records)]
-        columns = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "uncertainty"]
-        table = csv_text(columns or ["side", "number"], ([row.get(name, "") for name in columns] for row in rows))
+        names = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "uncertainty"]
+        table = csv_text(names or ["side", "number"], ([row.get(name, "") for name in names] for row in rows))
         write_bytes(path, table.encode())
-    return [*([path] if result.assembly else []), *(
-        file for name, contact in result.by_suffix.items()
-        for file in _export_points(contact, path.with_name(f"{path.stem}{name}{path.suffix}")))]
-
-
-def _export_points(result: Result, path: pathlib.Path) -> list[pathlib.Path]:
-    """The points of a contact."""
     tables: dict[pathlib.Path, dict[str, AnyArray]] = {}
-    for _, prefix, state in _states(result):
-        target = path.with_name(f"{path.stem}_isothermal{path.suffix}") if prefix and result.own_grids else path
-        along, across = np.meshgrid(state.x * 1e3, state.y * 1e3, indexing="ij")
-        columns = tables.setdefault(target, {"x_mm": along, "y_mm": across})
-        columns |= dict(_column(FIELDS[name], values, prefix) for name, values in state.fields.items())
+    for name, contact in result.by_suffix.items():
+        for _, prefix, state in _states(contact):
+            own = "_isothermal" if prefix and contact.own_grids else ""
+            along, across = np.meshgrid(state.x * 1e3, state.y * 1e3, indexing="ij")
+            columns = tables.setdefault(path.with_name(f"{path.stem}{name}{own}{path.suffix}"), {"x_mm": along, "y_mm": across})
+            columns |= dict(_column(FIELDS[field], values, prefix) for field, values in state.fields.items())
     for target, columns in tables.items():
         _write_csv(target, columns)
-    return list(tables)
+    return [*([path] if result.assembly else []), *tables]
 
 
 def export_stress_path(result_path: Path, out: Path, y: float, z: float) -> list[pathlib.Path]:
