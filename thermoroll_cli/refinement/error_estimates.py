@@ -64,7 +64,6 @@ UNEVEN: dict[Kind, Condition] = {
     "peak pressure": _relaxes,
     "relative peak pressure": _relaxes,
     "exchanged heat": lambda problem: problem.heating.partition == "matched",
-    "diffused mean": lambda problem: problem.heating.conducts,
     "stick": _abrupt,
     "peak flux": _abrupt,
 }
@@ -73,8 +72,7 @@ BORDER = 1.0 / 3.0
 """R of areas with a border that is found, and of the heat that is conducted, most of it there, times N^−1.5: about N border
 elements, each off by a third of itself at random (0: 91 % of stick areas)."""
 SPREAD = 0.5
-"""Part of the error of the largest flux that reaches temperatures, because heat spreads, and integrals; and of the error of the
-stick area that reaches the creepages that are found (0: 94.6 %; 1: creepages 14 times the true error, in place of 12)."""
+"""Part of the error of the largest flux that reaches temperatures, because heat spreads, and integrals."""
 EDGE, EDGE_BELOW = 0.6, 0.8
 """R of the largest pressure and traction of bodies that relax: what a maximum at the leading edge exceeds `EDGE_BELOW` of the
 largest pressure by, times `EDGE` over the square of its distance from the edge in elements, at most 1. (0: spheres, at 10 and
@@ -85,8 +83,6 @@ FLOOR = 1.5e-5
 OF_HISTORIES = "dang_van", "alternating_k"
 """Beginnings of the names of scalars from histories along x."""
 RESULTANTS = of_kind("resultant")
-RIGID: tuple[Kind, ...] = "area", "relative area", "pressure", "peak pressure", "relative peak pressure"
-"""Kinds of scalars that differential slip does not change, unless traction acts back on the pressure."""
 ERROR_SCALARS = tuple(name for name, scalar in SCALARS.items() if scalar.accurate)
 """Scalars whose error has to fall below `numerics.accuracy`, if no others are asked for (those that are given have none)."""
 SMALLEST_ERROR_K = 1e-3
@@ -150,9 +146,7 @@ def converges_one_way(before: float, last: float) -> bool:
 def estimates(grid: Resolution, without: Collection[str] = ()) -> dict[str, float]:
     """Estimated error of each reported scalar on the `grid`, over its `error_scale`.
 
-    nan for what is given or `without` an estimate and for one grid alone, 0 for what symmetry makes zero. Creepages that are
-    found for a force, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a
-    circle), so the error of √γ_st that no grid sees is added to theirs; what grids see is in their own changes."""
+    nan for what is given or `without` an estimate and for one grid alone, 0 for what symmetry makes zero."""
     problem, errors = grid.derived.problem, {}
     for name, scalar in SCALARS.items():
         if holds(scalar.given, problem) or name in without or math.isnan(grid.levels[-1].get(name, math.nan)):
@@ -165,10 +159,6 @@ def estimates(grid: Resolution, without: Collection[str] = ()) -> dict[str, floa
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / grid.elements)
         lost = abs(problem.friction.at_rest - mean)
         errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
-    if problem.prescribed_force:
-        of_stick = math.sqrt(summary["gamma_st"] + SAFETY * grid.unresolved("stick")) - math.sqrt(summary["gamma_st"])
-        for name in (*CREEPAGES, *of_kind("integral", "exchanged heat")):
-            errors[name] += SPREAD * of_stick
     if grid.derived.relaxing is not None and grid.derived.coatings is not None:
         for name in LOST_IN_LAYERS:
             errors[name] += TABULATED
@@ -191,7 +181,7 @@ class Resolution:
         carried = self.carried if scalar.kind == "resultant" else 1.0
         error = estimate([level.get(scalar.name, math.nan) for level in self.levels], error_scale(scalar.name, self.summary),
                          order=self.order(scalar.kind), unresolved=carried * self.unresolved(scalar.kind) * rubbed,
-                         floor=carried * (FLOOR + self.left_out(scalar.kind)),
+                         floor=carried * (FLOOR + sum(self.plan.left_out.values())),
                          safety=SAFETY_EXTRAPOLATED if scalar.name in EXTRAPOLATED else SAFETY)
         # Heat of zones narrower than an element is spread over elements.
         return max(error, self.summary["power_balance_error"] * rubbed) if scalar.kind == "diffused" else error
@@ -233,8 +223,6 @@ class Resolution:
                 return self.narrow / min(1.0, max(self.slipping, 1.0 / self.elements)) + self.edge
             case "diffused":
                 return SPREAD * self.narrow
-            case "diffused mean":
-                return SPREAD * self.narrow + found
             case "resultant" if self.derived.kinematics.slip_varies:
                 # Slip turns around the place without rigid slip: what sticks there changes its direction, and has a border.
                 border = min(self.border, self.sticking)
@@ -257,11 +245,6 @@ class Resolution:
         # At the border of the contact tractions change by μp over an element.
         kinematics, friction = self.derived.kinematics, self.derived.problem.friction
         return ORDER_AT_SURFACE, friction.coefficient / self.elements if kinematics.has_traction else 0.0
-
-    def left_out(self, kind: Kind) -> float:
-        """Bound of the effect of stages that were left out."""
-        rigid = kind in RIGID and not self.derived.kinematics.feeds_back
-        return sum(bound for stage, bound in self.plan.left_out.items() if not (rigid and stage == "differential slip"))
 
     @cached_property
     def summary(self) -> dict[str, float]:
