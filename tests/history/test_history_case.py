@@ -27,6 +27,9 @@ BALL: dict[str, Any] = {
 }
 
 
+WARM = {**BALL["material"], "conductivity_W_mK": 50, "expansion_um_mK": 11, "diffusivity_mm2_s": 13}
+
+
 def ball(**tables: dict[str, Any]) -> dict[str, Any]:
     return {**BALL, **{name: {**BALL.get(name, {}), **table} for name, table in tables.items()}}
 
@@ -95,13 +98,16 @@ def test_nothing_rolls() -> None:
     ("force", {"longitudinal_N": 0.1}, "history.values"),
     ("friction", {"memory_um": 10.0}, "friction.memory_um"),
     ("friction", {"law": "exponential", "limit_coefficient": 0.2, "half_slip_m_s": 0.1}, "friction.law"),
-    ("thermal", {"heat": True}, "thermal.heat"),
+    ("thermal", {"heat": True}, "thermal.deformation"),
+    ("thermal", {"deformation": False, "peclet": "sliding"}, "thermal.peclet"),
+    ("thermal", {"deformation": False, "lower": {"recirculate": True, "width_mm": 20, "convection_W_m2K": 9}}, "thermal.lower"),
+    ("history", {"values": {"thermal.bulk_temperature_upper_K": [0, 1, 2]}}, "history.values"),
     ("geometry", {"conformal": True}, "geometry.conformal"),
 ])  # fmt: skip
 def test_what_is_refused(table: str, values: dict[str, Any], key: str) -> None:
     case = ball(**{table: values})
     if table == "thermal":
-        case["material"] = {**BALL["material"], "conductivity_W_mK": 50, "expansion_um_mK": 11, "diffusivity_mm2_s": 13}
+        case["material"] = WARM
     with pytest.raises(CaseError) as raised:
         Case.from_dict(case)
     assert key in [finding.key for finding in raised.value.findings]
@@ -166,3 +172,76 @@ def test_energy_that_is_missing_is_an_error_of_work_and_heat() -> None:
     assert coarse is not None and fine is not None
     for name in ("work_J", "heat_J"):
         assert abs(coarse[name][-1] - fine[name][-1]) < coarse[f"uncertainty.{name}"][-1], name
+
+
+def warm(begin: str, *, slow: float = 1.0, **tables: dict[str, Any]) -> dict[str, Any]:
+    """Constant creepage of unlike bodies at 0.1 m/s, `slow` times as slow with as much less diffusivity."""
+    case = ball(thermal={"deformation": False, "partition": "matched"}, **{"rolling": {"speed_m_s": 0.1 / slow}, **tables})
+    case["material"] = {
+        "lower": {**WARM, "diffusivity_mm2_s": 13 / slow},
+        "upper": {**WARM, "conductivity_W_mK": 5, "diffusivity_mm2_s": 2 / slow},
+    }
+    case["history"] = {
+        "distance_mm": [0, 42],
+        "steps": 56,
+        "begin": begin,
+        "values": {"creepage.longitudinal": [0.003, 0.003]},
+        **tables.get("history", {}),
+    }
+    return case
+
+
+TEMPERATURES = "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "temperature_rise_mean_lower_K"
+
+
+def test_steady_heat_stays_and_is_approached() -> None:
+    """The first row is the steady state, and so is the last one, of a history that begins steady or cold."""
+    stays, grows = (solve(warm(begin)).history for begin in ("steady", "pressed"))
+    assert stays is not None and grows is not None
+    for name in TEMPERATURES:
+        steady = stays[name][0]
+        assert steady > 0.0 and grows[name][0] == 0.0 and np.diff(grows[name]).min() > -1e-4 * steady, name
+        assert stays[name] == pytest.approx([steady] * 57, rel=5e-4), name
+        assert grows[name][-1] == pytest.approx(steady, rel=5e-3), name
+    without = {name: table for name, table in warm("steady").items() if name != "history"}
+    result = solve({**without, "creepage": {"longitudinal": 0.003}})
+    assert stays[TEMPERATURES[0]][0] == pytest.approx(
+        result[TEMPERATURES[0]], abs=2.0 * stays[f"uncertainty.{TEMPERATURES[0]}"][0]
+    )
+    for row in (0, 20, -1):
+        assert grows["heat_into_lower_W"][row] + grows["heat_into_upper_W"][row] == pytest.approx(grows["Q_F_W"][row], rel=1e-4)
+
+
+def test_half_the_speed_and_diffusivity_is_half_as_warm() -> None:
+    fast, slow = (
+        solve(warm("pressed", slow=slow, numerics={"grid": 12}, history={"steps": 14})).history for slow in (1.0, 2.0)
+    )
+    assert fast is not None and slow is not None
+    for name in TEMPERATURES:
+        assert slow[name] == pytest.approx([0.5 * value for value in fast[name]], rel=1e-4)
+
+
+def test_bulk_temperatures_that_change() -> None:
+    """A body that enters warmer heats the other one; friction adds its heat, and the surfaces are equally warm."""
+    case = warm(
+        "steady",
+        history={"steps": 8, "values": {"creepage.longitudinal": [0.001, 0.003], "thermal.bulk_temperature_upper_K": [0, 30]}},
+    )
+    history = solve(case).history
+    assert history is not None and history["thermal.bulk_temperature_upper_K"][-1] == 30
+    assert 0.0 < history["temperature_rise_max_lower_K"][-1] < 30 and history["heat_into_upper_W"][-1] < 0.0
+    assert "partition_mean" not in history or np.isnan(history["partition_mean"][-1])
+
+
+def test_heat_at_rest() -> None:
+    """Bodies of unlike temperatures, pressed together: in the end the heat of a disc, 2 a ΔT/(1/k₁ + 1/k₂) twice, flows."""
+    case = warm("pressed")
+    case["thermal"] |= {"bulk_temperature_upper_K": 20.0}
+    case["rolling"] = {"speed_m_s": 0.0}
+    case["history"] = {"time_s": [0, 1e4], "steps": 8, "values": {"load.normal_N": [0.4705, 0.4705]}}
+    result = solve(case)
+    history = result.history
+    assert history is not None
+    conducted = 4.0 * 1e-3 * result["hertz_a_mm"] * 20.0 / (1.0 / 50 + 1.0 / 5)
+    assert history["heat_into_lower_W"][-1] == pytest.approx(conducted, rel=0.02)
+    assert history["heat_into_lower_W"][1] > history["heat_into_lower_W"][-1]

@@ -15,7 +15,7 @@ from typing import Any
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import BearingTable, bearing_faults
 from thermoroll_cli.files.case_errors import Fault, KeyPath
-from thermoroll_cli.files.case_history import HistoryTable, history_faults
+from thermoroll_cli.files.case_history import STATES, HistoryTable, history_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
@@ -414,9 +414,17 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
 def _history(sections: Sections, history: HistoryTable) -> Iterator[Conflict]:
     for path, message, allowed in (*history_faults(sections, history), *_homogeneous(sections, "is not computed over time")):
         yield Conflict(path, message, allowed, at_key=True)
-    if heat_is_on(sections):
-        yield Conflict(("thermal", "heat"), "heat is not computed over time", "heat = false in [thermal], or no [history]",
-                       at_key=True)
+    if not heat_is_on(sections):
+        return
+    thermal = sections["thermal"] or model.ThermalTable()
+    if thermal.deformation and any(getattr(material, "expansion_um_mK", None) for _, material in _materials(sections)):
+        yield Conflict(("thermal", "deformation"), "thermal expansion over time is not computed", "false", at_key=True)
+    if thermal.peclet == "sliding":
+        yield Conflict(("thermal", "peclet"), "sources with the slip velocity are not computed over time",
+                       '"rolling" or "stationary"', at_key=True)
+    if history.begin and history.begin not in STATES:
+        yield Conflict(("history", "begin"), "a result file does not tell what heat it has seen",
+                       '"steady" or "pressed", or heat = false in [thermal]', at_key=True)
 
 
 def _speed(sections: Sections, rolling: model.RollingTable) -> Iterator[Conflict]:

@@ -73,7 +73,7 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
 def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[float]) -> Iterator[Fault]:
     """What is wrong with the values of keys."""
     rolling, load, force, path = sections.get("rolling"), sections.get("load"), sections.get("force"), ("history", "values")
-    friction = sections.get("friction")
+    friction, thermal = sections.get("friction"), sections.get("thermal")
     for key, values in history.values.items():
         if key not in VARIED:
             yield path, f"{key} cannot change over time", ", ".join(VARIED)
@@ -89,6 +89,8 @@ def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[flo
             yield path, f"{key} cannot change together with the other one", "a normal load, or an approach"
         elif key == "load.friction_coefficient" and (friction is None or friction.across):
             yield path, f"{key} cannot change where friction depends on the place", "a case without [friction]"
+        elif key.startswith("thermal.") and (thermal is None or not thermal.heat or thermal.partition != "matched"):
+            yield path, f"{key} drives heat through the contact, which needs a matched partition", 'partition = "matched"'
     speeds = history.values.get(SPEED) or ([] if rolling is None else [rolling.speed_m_s or 0.0])
     if history.distance_mm is not None and not all(speeds):
         yield ("history", "distance_mm"), "nothing is rolled at rolling.speed_m_s = 0", "time_s"

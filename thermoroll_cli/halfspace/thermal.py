@@ -197,7 +197,15 @@ def time_integral(
     """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y and at each of `depths`; `along` replaces gx."""
     reaches = float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect
     tau, weights = _time_rule(reaches, aspect, (peclet_x, peclet_y), power, depths, 1.0 if along is None else STILL_INSIDE)
-    table = np.zeros((len(depths), len(x), len(y)))
+    return integrated(x, y, aspect, (peclet_x, peclet_y), tau, weights, along)
+
+
+def integrated(
+    x: Array, y: Array, aspect: float, peclets: tuple[float, float], tau: Array, weights: Array, along: Spread | None = None
+) -> Array:
+    """Σ weight gx gy over the rising nodes `tau`, at offsets x × y, for each row of `weights`; `along` replaces gx."""
+    peclet_x, peclet_y = peclets
+    table = np.zeros((len(weights), len(x), len(y)))
     breaks = np.searchsorted(tau, [SERIES_FROM, SERIES_FROM * aspect])
     starts = np.unique(np.concatenate((np.arange(0, len(tau), NODES_TOGETHER), breaks, [len(tau)])))
     for start, stop in pairwise(starts):
@@ -218,16 +226,7 @@ def _time_rule(
 
     Steps are proportional to τ while the Gaussians only spread, and constant once they drift.
     """
-    speeds = abs(peclets[0]), abs(peclets[1])
-    first = onset * min(
-        length / (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * speed * length))
-        for length, speed in zip((1.0, aspect), speeds, strict=True)
-    )
-    last = min(
-        (GAUSSIAN_CUTOFF + math.sqrt(GAUSSIAN_CUTOFF**2 + speed * reach)) / speed
-        for reach, speed in zip(reaches, speeds, strict=True)
-        if speed > 0.0
-    )
+    first, last = onset * first_time(aspect, peclets), last_time(reaches, peclets)
     scale = math.hypot(*peclets) * LOG_STEP / DRIFT_STEP
     start = math.log(scale * first) + scale * first
     stop = math.log(scale * last) + scale * last
@@ -241,6 +240,18 @@ def _time_rule(
     weights = arrived * (LOG_STEP * tau ** (1 + power) / (1.0 + scaled))
     weights[:, early] = weights[:, : early + 1].sum(axis=1)
     return tau[early:], weights[:, early:]
+
+
+def first_time(aspect: float, peclets: tuple[float, float]) -> float:
+    """τ up to which heat has not left its element."""
+    return min(length / (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * abs(speed) * length))
+               for length, speed in zip((1.0, aspect), peclets, strict=True))
+
+
+def last_time(reaches: tuple[float, float], peclets: tuple[float, float]) -> float:
+    """τ from which heat has left all offsets within `reaches` along x and y; inf at rest."""
+    return min(((GAUSSIAN_CUTOFF + math.sqrt(GAUSSIAN_CUTOFF**2 + abs(speed) * reach)) / abs(speed)
+                for reach, speed in zip(reaches, peclets, strict=True) if speed), default=math.inf)
 
 
 def _window(centres: Array, length: float, speed: float, tau: Array) -> slice:
@@ -276,7 +287,7 @@ def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, pe
     if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
         table = _stationary_slope(x, y, aspect)
     else:
-        integral = time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=np.zeros(1), along=_cell_moment)
+        integral = time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=np.zeros(1), along=cell_moment)
         table = 2.0 / math.sqrt(math.pi) * integral[0]
     return mirrored(table, ny)
 
@@ -296,7 +307,7 @@ def slopes(flux: Array) -> Array:
     return np.asarray(np.clip(total / np.maximum(count, 1.0), -2.0 * flux, 2.0 * flux))
 
 
-def _cell_moment(centres: Array, length: float, speed: float, tau: Array) -> Array:
+def cell_moment(centres: Array, length: float, speed: float, tau: Array) -> Array:
     """m at each time and offset, for elements of unit `length`; shape (times, offsets)."""
     t = tau[:, None]
     x = centres - speed * t**2

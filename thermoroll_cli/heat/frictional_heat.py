@@ -39,17 +39,27 @@ need up to ten times the usual number; conduction in partial slip at Péclet num
 
 
 @dataclass(frozen=True)
+class Before:
+    """What heat before a step over time does at its end: temperature `rises` of the lower and the upper surface in K, and the
+    `expansion` of both bodies towards each other in m, all (nx, ny)."""
+
+    rises: tuple[Array, Array]
+    expansion: Array
+
+
+@dataclass(frozen=True)
 class Heat:
-    """Frictional heat as it goes `into` each body, and the bodies' `response`. `conducts` says whether heat also flows between
-    the bodies without friction. Of a matched partition, `mismatch` is the largest difference of both surface temperatures (bulk
-    included) inside the contact, relative to the largest rise or difference of bulk temperatures; `applications` are those of
-    `temperature_difference`."""
+    """Frictional heat as it goes `into` each body, and the bodies' `response` to it, beside what heat `before` does (None:
+    nothing). `conducts` says whether heat also flows between the bodies without friction. Of a matched partition, `mismatch` is
+    the largest difference of both surface temperatures (bulk included) inside the contact, relative to the largest rise or
+    difference of bulk temperatures; `applications` are those of `temperature_difference`."""
 
     into: DividedHeat
     response: ThermalResponse
     conducts: bool = False
     mismatch: float = 0.0
     applications: int = 0
+    before: Before | None = None
 
     @property
     def flux(self) -> Array:
@@ -62,16 +72,17 @@ class Heat:
 
     @property
     def mean_share(self) -> float:
-        """Share of the frictional heat that enters the lower body; nan if there is no heat, or if bodies of different bulk
-        temperatures also exchange heat that is not from friction (`conducts`)."""
+        """Share of the frictional heat that enters the lower body; nan if there is no heat, or if bodies also exchange other
+        heat: of different bulk temperatures (`conducts`), or over time."""
         total = float(self.flux.sum())
-        if total == 0.0 or self.conducts:
+        if total == 0.0 or self.conducts or (self.before is not None and self.into.exchanged is not None):
             return np.nan
         return self.into.share if self.into.exchanged is None else float(self.into.lower.sum()) / total
 
     def expansion(self) -> Array:
         """u_z^t > 0 of both bodies towards each other in m, up to a constant where sources are at rest."""
-        return np.zeros(self.flux.shape) if self.is_zero else self.response.displacement(self.into)
+        expansion = np.zeros(self.flux.shape) if self.is_zero else self.response.displacement(self.into)
+        return expansion if self.before is None else expansion + self.before.expansion
 
     @property
     def tracks(self) -> Tracks:
@@ -84,9 +95,9 @@ class Heat:
 
     def temperatures(self) -> tuple[Array, Array]:
         """Surface temperature rise of the lower and the upper body above their bulk temperatures in K."""
-        if self.is_zero:
-            return np.zeros(self.flux.shape), np.zeros(self.flux.shape)
-        return self.response.temperatures(self.into)
+        nothing = np.zeros(self.flux.shape)
+        rises = (nothing, nothing) if self.is_zero else self.response.temperatures(self.into)
+        return rises if self.before is None else (rises[0] + self.before.rises[0], rises[1] + self.before.rises[1])
 
     def interface_temperatures(self) -> tuple[Array | None, Array | None]:
         """Temperature rise below the outermost coating of the lower and of the upper body in K, None without one."""
@@ -96,27 +107,30 @@ class Heat:
 
 def match(
     response: ThermalResponse, flux: Array, covered: Array | Mask, bulk_difference: float = 0.0,
-    slope: Array | None = None, start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE,
+    slope: Array | None = None, start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE, before: Before | None = None,
 ) -> Heat:
     """Divide the frictional heat `flux` (W/m², (nx, ny), `slope` as in `DividedHeat`) so that both surfaces are equally warm on
     the contact, which has the part `covered` of each element.
 
     `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` the exchanged flux of a
-    similar state (W/m², (nx, ny)), if known, `tolerance` that of the mismatch. The equation is solved for the correction of an
-    even division by GMRES, preconditioned with the inverse of the padded, periodic operator, and with 1/κ for parts that are
-    not covered: 4 to 7 applications for 1e-4 at any grid and any Péclet numbers, fewer from a start. If both bodies respond
-    alike nothing is solved.
+    similar state (W/m², (nx, ny)), if known, `tolerance` that of the mismatch, `before` what heat before does. The equation
+    is solved for the correction of an even division by GMRES, preconditioned with the inverse of the padded, periodic operator,
+    and with 1/κ for parts that are not covered: 4 to 7 applications for 1e-4 at any grid and any Péclet numbers, fewer from a
+    start. If both bodies respond alike nothing is solved.
     """
-    share = response.matched_share
-    if share is not None and bulk_difference == 0.0:
-        return Heat(DividedHeat(flux, share, slope=slope), response)
+    share, contact = response.matched_share, covered > 0.0
+    difference = np.full(np.count_nonzero(contact), bulk_difference)
+    if before is not None:
+        difference += (before.rises[1] - before.rises[0])[contact]
+    if share is not None and bulk_difference == 0.0 and not difference.any():
+        return Heat(DividedHeat(flux, share, slope=slope), response, before=before)
     share = response.likely_share
-    even, contact = DividedHeat(flux, share, slope=slope), covered > 0.0
-    if not contact.any() or not (flux.any() or bulk_difference):
-        return Heat(even, response, bulk_difference != 0.0)
+    even = DividedHeat(flux, share, slope=slope)
+    if not contact.any() or not (flux.any() or difference.any()):
+        return Heat(even, response, bulk_difference != 0.0, before=before)
     known = np.zeros(contact.shape) if start is None else np.where(contact, start, 0.0)
     lower, upper = response.temperatures(even if start is None else replace(even, exchanged=known))
-    peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), abs(bulk_difference))
+    peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), float(np.abs(difference).max()))
     convolution, symbol = response.difference_symbol()
     part, own = covered[contact].astype(float), convolution.own(symbol)
 
@@ -131,7 +145,7 @@ def match(
         return root * convolution.inverse(hat)[contact] + (1.0 - part) / own * residual
 
     exchange = known[contact]
-    mismatch = part * ((upper - lower)[contact] + bulk_difference) - (1.0 - part) * own * exchange
+    mismatch = part * ((upper - lower)[contact] + difference) - (1.0 - part) * own * exchange
     applications = 0
     while applications < MOST_APPLICATIONS and np.abs(mismatch).max() > tolerance * peak:
         # GMRES reduces the root mean square; the mismatch is a maximum, a few times larger, and may need a second pass.
@@ -142,7 +156,7 @@ def match(
         exchange += solution.step
         mismatch = mismatch - solution.image
     return Heat(replace(even, exchanged=_on_grid(exchange, contact)), response, bulk_difference != 0.0,
-                float(np.abs(mismatch).max()) / peak, applications)
+                float(np.abs(mismatch).max()) / peak, applications, before)
 
 
 def _on_grid(values: Vector, contact: Mask) -> Array:
@@ -153,13 +167,13 @@ def _on_grid(values: Vector, contact: Mask) -> Array:
 
 def divide(
     heating: Heating, response: ThermalResponse, flux: Array, covered: Array | Mask, slope: Array | None = None,
-    start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE,
+    start: Array | None = None, tolerance: float = MISMATCH_TOLERANCE, before: Before | None = None,
 ) -> Heat:
     """Divide the frictional heat `flux`, which changes by `slope` along x through each element, between the bodies, as
-    `heating.partition` says; `covered`, `start` and `tolerance` as in `match`."""
+    `heating.partition` says; `covered`, `start`, `tolerance` and `before` as in `match`."""
     if heating.partition == "matched":
-        return match(response, flux, covered, heating.bulk_difference, slope, start, tolerance)
-    return Heat(DividedHeat(flux, heating.partition, slope=slope), response)
+        return match(response, flux, covered, heating.bulk_difference, slope, start, tolerance, before)
+    return Heat(DividedHeat(flux, heating.partition, slope=slope), response, before=before)
 
 
 def account(heat: Heat) -> dict[str, dict[str, float]]:

@@ -187,19 +187,19 @@ class HeatResponse:
         """As `ThermalResponse`. Exchanged heat is constant in each element: it may change its sign from one element to the
         next, and slopes would make surfaces colder than their surroundings."""
         lower, upper = self.bodies
-        flux, slope = (self.convolution.forward(field) for field in (heat.total, self._changes(heat)))
+        flux, slope = (self.convolution.forward(field) for field in (heat.total, self.changes(heat)))
         exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
         return (self._rise(lower, flux, slope, heat.share, exchanged, 1.0),
                 self._rise(upper, flux, slope, 1.0 - heat.share, exchanged, -1.0))
 
     def interface_temperatures(self, heat: DividedHeat) -> tuple[Array | None, Array | None]:
         """Temperature rise in K below the outermost coating of the lower and of the upper body, None without one."""
-        changes = self._changes(heat)
+        changes = self.changes(heat)
         lower, upper = (None if body.layers is None else self._below(body, into, share * changes) for body, into, share in zip(
             self.bodies, (heat.lower, heat.upper), (heat.share, 1.0 - heat.share), strict=True))
         return lower, upper
 
-    def _changes(self, heat: DividedHeat) -> Array:
+    def changes(self, heat: DividedHeat) -> Array:
         """Change of the heat flux through each element along x."""
         # The laws of slip zones may give negative heat at one end of an element, but not at the one where material enters.
         entered_behind = min(body.speed_x for body in self.bodies) < 0.0

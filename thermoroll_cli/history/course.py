@@ -38,6 +38,8 @@ VARIED: dict[str, tuple[float, Callable[[Problem, float], Problem]]] = {
     "creepage.spin_rad_mm": (1e3, _of("motion", "spin")),
     "force.longitudinal_N": (1.0, _of("motion", "force_x")),
     "force.lateral_N": (1.0, _of("motion", "force_y")),
+    "thermal.bulk_temperature_lower_K": (1.0, _of("heating", "bulk_lower")),
+    "thermal.bulk_temperature_upper_K": (1.0, _of("heating", "bulk_upper")),
     **dict.fromkeys(SHIFTS, (1e-6, lambda problem, value: problem)),
 }
 """Keys that may change, each with the SI value of its unit and what it changes. Shifts change no problem: the step that they

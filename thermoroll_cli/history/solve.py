@@ -129,5 +129,5 @@ def _result(
         problem=problem, coupled=state, isothermal=state, of_problem=problem_scalars(DerivedQuantities(problem)),
         converged=not failed, reason=reason, uncertainty=known,
         work={"grid": list(last.here.grid.shape), "extent": last.here.extent, "steps": len(moments) - 1,
-              "applications": sum(moment.applications for moment in moments), "skipped": {"heat": "not computed over time"}},
+              "applications": sum(moment.applications for moment in moments), "skipped": {}},
         patches=tuple(patches_of(last.here, last.state.contact)), history=table)

@@ -14,6 +14,9 @@ with the steps h from u₁ and k from u₂ to u₁: of second order. Without rol
 any length L, s/L = (δ + u₁ − u)/L for the shift δ of the step, which is exact while the direction of slip stays. L over the
 time of the step stands for V. u is that of traction and, between unlike bodies, of pressure.
 
+Heat is remembered (`heat_over_time`): the material of both bodies drifts with V ± half the creepage, which is the one given, or
+where it is an unknown that of the step before.
+
 Energy: the tractions do the `work` ∫ ∬ τ·ξ dσ, of which ½ ∬ τ·u is stored, and the rest becomes heat.
 """
 
@@ -26,6 +29,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.heat.heat_over_time import End, HeatMemory, Place
+from thermoroll_cli.heat.heat_response import ThermalResponse
 from thermoroll_cli.history.course import History
 from thermoroll_cli.numerics.grid import Grid, Prolongation
 from thermoroll_cli.problem.contact import Contact, Past, Traction
@@ -35,6 +40,7 @@ from thermoroll_cli.refinement.refine import first_guess
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.steady_state.fixed_point import SteadyState, fixed_point
+from thermoroll_cli.steady_state.heated_bodies import HeatResponses, heated_bodies
 from thermoroll_cli.steady_state.scalars import reported_state
 
 MOST_GROWTH = 2.4
@@ -59,11 +65,11 @@ class Moment:
 
 @dataclass(frozen=True)
 class _Reached:
-    """The end of a step: displacements `u` (2, nx, ny) in m, slip that drives the tractions (`rigid`, over V), `work` and
-    `heat` in J since the start, and the total `shift` in m."""
+    """The state at the `end` of a step: displacements `u` (2, nx, ny) in m, slip that drives the tractions (`rigid`, over V),
+    `work` and `heat` in J since the start, and the total `shift` in m."""
 
     place: float
-    time: float
+    end: End
     distance: float
     contact: Contact
     u: Array
@@ -72,6 +78,17 @@ class _Reached:
     heat: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
     rolls: bool = True
+
+
+class _StepHeat(HeatResponses):
+    """The response to the heat of the step that ends `now`, and what heat before it does then."""
+
+    def __init__(self, memory: HeatMemory, now: End) -> None:
+        super().__init__(memory.grid)
+        self.before, self._own = memory.before(now), memory.own(now)
+
+    def response(self, derived: DerivedQuantities, creepage: tuple[float, float], slip: Array) -> ThermalResponse:
+        return self._own
 
 
 class Steps:
@@ -87,7 +104,10 @@ class Steps:
         self._base = Discretisation(derived, shape, extent or derived.problem.numerics.extent, threads, self._options)
         # Nothing is known of the symmetry of tractions that are given.
         given = isinstance(history.course.begin, Result)
-        self._mirror = None if given else DerivedQuantities(history.most).kinematics.mirror_on(shape[1], heated=False)
+        self._mirror = None if given else DerivedQuantities(history.most).kinematics.mirror_on(
+            shape[1], heated=derived.problem.friction_varies)
+        heated = derived.problem.heating.heat
+        self._memory = HeatMemory(self._base.grid, heated_bodies(derived.problem, 0.0, 0.0)) if heated else None
 
     def moments(self, rows: Array) -> Iterator[Moment]:
         """The states at the places `rows`, with further steps to the `stops` between them."""
@@ -96,15 +116,19 @@ class Steps:
         times, distances = self.history.clock(stops)
         here, state = self._begin(float(rows[0]))
         reached = self._arrived(here, state.contact, float(stops[0]), float(times[0]), float(distances[0]))
+        if self._memory is not None:
+            self._memory.add(here.heat(state.contact), reached.end, ever=course.begin == "steady")
         yield self._moment(here, state, reached, state.applications, converged=state.converged)
         before: _Reached | None = None
         work, solved = 0, True
         for stop, time, distance in zip(stops[1:].tolist(), times[1:].tolist(), distances[1:].tolist(), strict=True):
             jumps = reached.place in course.jumps
-            here = self._here(stop, time, distance, reached, None if jumps else before)
+            here, now = self._here(stop, time, distance, reached, None if jumps else before, jumps=jumps)
             state = fixed_point(here, first_guess(here, reached.contact, hot=False), tolerances)
             work, solved = work + state.applications, solved and state.converged
-            before, reached = reached, self._after(here, state.contact, stop, time, distance, reached, jumps=jumps)
+            before, reached = reached, self._after(here, state.contact, stop, now, distance, reached)
+            if self._memory is not None:
+                self._memory.add(here.heat(state.contact), now)
             if stop in rows:
                 yield self._moment(here, state, reached, work, converged=solved)
                 work, solved = 0, True
@@ -115,7 +139,8 @@ class Steps:
         """The state that the history begins with: the steady one, or tractions that are given."""
         begin, problem = self.history.course.begin, self.history.problem_at(place)
         here = self._base.under(DerivedQuantities(problem))
-        mirror = None if isinstance(begin, Result) else here.derived.kinematics.mirror_on(here.grid.ny, heated=False)
+        mirror = None if isinstance(begin, Result) else here.derived.kinematics.mirror_on(
+            here.grid.ny, heated=problem.friction_varies)
         # Displacements are needed wherever a later contact may be.
         here.traction.window_around(np.ones(here.grid.shape, dtype=bool), mirror, here.derived)
         guess = first_guess(here, None, hot=False)
@@ -123,6 +148,8 @@ class Steps:
             return here, fixed_point(here, guess, self._options.tolerances)
         nothing = np.zeros((2, *here.grid.shape))
         past = Past(1.0 / here.grid.dx, nothing, self._mirror, rolls=False)
+        # Nothing rubs yet, and no heat flows.
+        problem = replace(problem, heating=replace(problem.heating, partition=0.5))
         here = here.under(DerivedQuantities(self._still(problem, (0.0, 0.0), here.grid, 1.0), past))
         normal = here.isothermal_pressure
         traction = nothing if begin == "pressed" else _carried(begin, here, normal.pressure)
@@ -131,13 +158,15 @@ class Steps:
 
     # --- one step ----------------------------------------------------------------------------------------------------
 
-    def _here(self, place: float, time: float, distance: float, last: _Reached, before: _Reached | None) -> Discretisation:
-        """The problem of the step that ends at `place`, with its past."""
+    def _here(
+        self, place: float, time: float, distance: float, last: _Reached, before: _Reached | None, *, jumps: bool
+    ) -> tuple[Discretisation, End]:
+        """The problem of the step that ends at `place`, with its past and its heat before."""
         problem, grid, step = self.history.problem_at(place), self._base.grid, distance - last.distance
         if step == 0.0:
             shift = self.history.shift_at(place)
             moved = shift[0] - last.shift[0], shift[1] - last.shift[1]
-            problem = self._still(problem, moved, grid, time - last.time)
+            problem = self._still(problem, moved, grid, time - last.end.time)
             past = Past(1.0 / grid.dx, last.u / grid.dx, self._mirror, rolls=False)
         elif before is None or not last.rolls or not 0.0 < step <= MOST_GROWTH * (last.distance - before.distance):
             past = Past(1.0 / step, last.u / step, self._mirror)
@@ -145,7 +174,22 @@ class Steps:
             k = last.distance - before.distance
             slip = last.u * ((step + k) / (step * k)) - before.u * (step / (k * (step + k)))
             past = Past(1.0 / step + 1.0 / (step + k), slip, self._mirror)
-        return self._base.under(DerivedQuantities(problem, past))
+        constant = jumps or not past.rolls or not last.rolls
+        now = End(time, self._moved(problem, step, last, constant=constant), constant)
+        heat = None if self._memory is None else _StepHeat(self._memory, now)
+        return self._base.under(DerivedQuantities(problem, past), heat), now
+
+    def _moved(self, problem: Problem, step: float, last: _Reached, *, constant: bool) -> tuple[Place, Place]:
+        """How far the material of both bodies has moved at the end of a step over the distance `step`."""
+        motion, (lower, upper) = problem.motion, last.end.moved
+        if problem.heating.peclet != "rolling":
+            return lower, upper
+        creepages = []
+        for given, found in zip((motion.creepage_x, motion.creepage_y), last.contact.tangential.creepage, strict=True):
+            known = found if last.rolls == bool(step) else 0.0
+            creepages.append(known if given is None else given if constant else 0.5 * (given + found))
+        along, across = (0.5 * creepage * (step or self._base.grid.dx) for creepage in creepages)
+        return (lower[0] + step + along, lower[1] + across), (upper[0] + step - along, upper[1] - across)
 
     @staticmethod
     def _still(problem: Problem, shift: tuple[float, float], grid: Grid, time: float) -> Problem:
@@ -159,12 +203,11 @@ class Steps:
     def _arrived(self, here: Discretisation, contact: Contact, place: float, time: float, distance: float) -> _Reached:
         """What the steps begin from."""
         past = here.derived.past
-        return _Reached(place, time, distance, contact, self._displacement(here, contact), _rigid(here, contact),
-                        shift=self.history.shift_at(place), rolls=past is None or past.rolls)
+        return _Reached(place, End(time, ((0.0, 0.0), (0.0, 0.0))), distance, contact, self._displacement(here, contact),
+                        _rigid(here, contact), shift=self.history.shift_at(place), rolls=past is None or past.rolls)
 
     def _after(
-        self, here: Discretisation, contact: Contact, place: float, time: float, distance: float, last: _Reached, *,
-        jumps: bool,
+        self, here: Discretisation, contact: Contact, place: float, now: End, distance: float, last: _Reached
     ) -> _Reached:
         """The end of a step, with the energies since the last one: by the trapezoidal rule, but of inputs that have jumped, and
         of heat without rolling, which is that of the bound, by their values at the end."""
@@ -176,11 +219,10 @@ class Steps:
             step = here.grid.dx
             found = contact.tangential.creepage
             shift = last.shift[0] + found[0] * step, last.shift[1] + found[1] * step
-        alone = jumps or not past.rolls or not last.rolls
-        mean = rigid if alone else 0.5 * (rigid + last.rigid)
-        rate = contact.tangential.work if alone else 0.5 * (contact.tangential.work + last.contact.tangential.work)
+        mean = rigid if now.constant else 0.5 * (rigid + last.rigid)
+        rate = contact.tangential.work if now.constant else 0.5 * (contact.tangential.work + last.contact.tangential.work)
         work = 0.5 * float(((traction + last.contact.tangential.traction) * mean).sum()) * area
-        return _Reached(place, time, distance, contact, self._displacement(here, contact), rigid, last.work + work * step,
+        return _Reached(place, now, distance, contact, self._displacement(here, contact), rigid, last.work + work * step,
                         last.heat + rate * step, shift, past.rolls)
 
     @staticmethod
@@ -194,17 +236,18 @@ class Steps:
     def _moment(
         self, here: Discretisation, state: SteadyState, reached: _Reached, applications: int, *, converged: bool
     ) -> Moment:
-        reported = reported_state(here, state.contact, heated=False)
+        reported = reported_state(here, state.contact, heated=self._memory is not None)
         tangential = state.contact.tangential
         stored = 0.5 * float((tangential.traction * here.traction.displacement(here.derived, tangential)).sum())
+        # Work and the heat of a step differ by what is stored. What is conducted depends on what has flowed before.
         scalars = {**reported.scalars, "elastic_energy_J": stored * here.grid.element_area, "work_J": reached.work,
                    "heat_J": reached.heat, "shift_x_um": 1e6 * reached.shift[0], "shift_y_um": 1e6 * reached.shift[1],
-                   "power_balance_error": math.nan}  # heat of the step and work differ by what is stored
+                   "power_balance_error": math.nan, "heat_conducted_W": math.nan}
         if not reached.rolls:
             # Over a distance rolled there is nothing.
             scalars |= dict.fromkeys(("creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm", "T_gamma_N",
                                       "T_gamma_without_spin_N"), math.nan)
-        return Moment(reached.place, reached.time, reached.distance, here, state, replace(reported, scalars=scalars),
+        return Moment(reached.place, reached.end.time, reached.distance, here, state, replace(reported, scalars=scalars),
                       applications, converged and tangential.converged)
 
 

@@ -88,10 +88,11 @@ class Discretisation:
                                        derived.relaxing)
         self.responses = HeatResponses(self.grid, None if before is None else before.responses.tables)
 
-    def under(self, derived: DerivedQuantities) -> Discretisation:
-        """The same grid, with its kernels, for another load or motion of the same bodies."""
+    def under(self, derived: DerivedQuantities, responses: HeatResponses | None = None) -> Discretisation:
+        """The same grid, with its kernels, for another load or motion of the same bodies, with other thermal `responses` if
+        given."""
         other = copy.copy(self)
-        other.derived, other._heats = derived, WeakKeyDictionary()
+        other.derived, other._heats, other.responses = derived, WeakKeyDictionary(), responses or self.responses
         if not self.has_kernels_of(derived):
             other.pressure = PressureSolver(
                 derived, self.grid, self.extent, self.options.tolerances.normal, whole_elements=self.options.whole_elements,
@@ -162,6 +163,6 @@ class Discretisation:
             response = self.responses.response(self.derived, tangential.creepage, tangential.slip)
             heating, speed = self.derived.problem.heating, self.derived.problem.motion.speed
             known = divide(heating, response, speed * tangential.heat, contact.normal.covered, speed * tangential.heat_slope,
-                           self._exchanged, tolerance)
+                           self._exchanged, tolerance, self.responses.before)
             self._heats[tangential], self._exchanged = (tolerance, known), known.into.exchanged
         return known

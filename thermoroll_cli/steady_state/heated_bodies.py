@@ -12,6 +12,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.layered_thermal import LayeredHeat, thermal_constants
+from thermoroll_cli.heat.frictional_heat import Before
 from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, KeptTables, ThermalResponse
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
@@ -98,7 +99,10 @@ def crown_bound(derived: DerivedQuantities) -> float:
 
 
 class HeatResponses:
-    """Thermal responses on one grid; kernels are kept, and built again only when speeds change."""
+    """Thermal responses on one grid; kernels are kept, and built again only when speeds change. In a step over time there
+    is heat `before`."""
+
+    before: Before | None = None
 
     def __init__(self, grid: Grid, tables: KeptTables | None = None) -> None:
         self.grid = grid

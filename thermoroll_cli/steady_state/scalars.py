@@ -308,9 +308,9 @@ def heat_flows(heating: Heating, heat: Heat, covered: Array, element_area: float
     """Heat in W that enters each body, and that flows from the hotter to the colder one by conduction alone.
 
     The division of heat is linear in friction and in the difference of bulk temperatures, so the last one is the heat that
-    would flow through this contact without friction."""
-    conducted = 0.0
-    if heating.conducts:
+    would flow through this contact without friction. Over time it is not known: it depends on what has flowed before."""
+    conducted = math.nan if heat.before is not None else 0.0
+    if heating.conducts and heat.before is None:
         alone = heat if not heat.flux.any() else divide(heating, heat.response, np.zeros(heat.flux.shape), covered)
         conducted = abs(float(alone.into.lower.sum())) * element_area
     lower, upper = (float(flux.sum()) * element_area for flux in (heat.into.lower, heat.into.upper))
