@@ -111,7 +111,7 @@ def test_axes_follow_from_the_balance_of_tractions(friction: float, torque: floa
     assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=2e-3)
     assert contact(result, "ball_1_inner").record["spin_to_roll"] == pytest.approx(inner, abs=5e-3)
     assert contact(result, "ball_1_outer").record["spin_to_roll"] == pytest.approx(outer, abs=5e-3)
-    assert result.work["contact_solves"] <= 85
+    assert result.work["contact_solves"] <= 60
 
 
 def test_contacts_are_those_of_the_same_contact_alone() -> None:
@@ -148,6 +148,29 @@ def test_a_deep_groove_bearing_has_free_balls() -> None:
     assert carried == pytest.approx(6e3, rel=1e-6)
 
 
+def test_a_warm_inner_ring_is_a_wider_one_with_a_wider_groove() -> None:
+    """A rigid preload of 40 N, 10 balls of 7.144 mm on 31 mm, f = 0.57, 15 degrees: every length of a ring that is 40 K warmer
+    grows by 11.7 · 40 · 10⁻⁶, its groove as well, and another bearing has these lengths when cold."""
+    angle, strain, pitch, ball = math.radians(15.0), 11.7e-6 * 40.0, 31.0, 7.144
+    content = {"bearing__ball_diameter_mm": ball, "bearing__pitch_diameter_mm": pitch, "bearing__balls": 10,
+               "bearing__conformity_inner": 0.57, "bearing__conformity_outer": 0.57, "bearing__contact_angle_deg": 15.0,
+               "bearing__inner_rpm": 10.0, "bearing__control": "outer", "numerics__grid": 8,
+               "material__conductivity_W_mK": 46.0, "material__expansion_um_mK": 11.7, "material__diffusivity_mm2_s": 12.5}
+    preload = solve(case(**content, bearing__load__axial_N=40.0))["axial_displacement_um"]
+    content |= {"bearing__load__axial_N": None, "bearing__load__axial_displacement_um": preload}
+    warm = solve(case(**content, bearing__load__inner_over_outer_K=40.0))
+    grown = 0.57 * (1.0 + strain)
+    outwards = 0.14 * ball * math.cos(angle) + strain * (0.5 * pitch + 0.07 * ball * math.cos(angle))
+    content |= {"bearing__conformity_inner": grown,
+                "bearing__contact_angle_deg": math.degrees(math.acos(outwards / ((grown - 0.43) * ball)))}
+    wide = solve(case(**content))
+    records = [contact(each, "ball_1_inner").record for each in (warm, wide)]
+    # Hertz's constants of the wider groove differ by 2e-3.
+    assert records[0]["normal_N"] == pytest.approx(records[1]["normal_N"], rel=5e-3)
+    thrust = 10 * records[0]["normal_N"] * math.sin(math.radians(records[0]["contact_angle_deg"]))
+    assert thrust == pytest.approx(297.1, rel=1e-3)
+
+
 def test_five_displacements_and_stiffness() -> None:
     result = solve(case(bearing__control="outer", bearing__inner_rpm=100.0, numerics__grid=8, bearing__load__radial_N=3e3,
                         bearing__load__moment_Nm=[40.0, 25.0]))
@@ -174,6 +197,7 @@ def test_five_displacements_and_stiffness() -> None:
     ({"bearing__pitch_diameter_mm": 20.0}, "bearing.pitch_diameter_mm"),
     ({"bearing__load__axial_N": 0.0}, "loads nothing"),
     ({"bearing__load__axial_displacement_um": 5.0}, "an axial displacement"),
+    ({"bearing__load__inner_over_outer_K": 5.0}, "bearing.load.inner_over_outer_K"),
     ({"load__friction_coefficient": 0.0}, "without friction"),
     ({"load__normal_N": 10.0}, "cannot be given together with [bearing]"),
     ({"rolling__speed_m_s": 10.0}, "cannot be given together with [bearing]"),

@@ -124,6 +124,10 @@ class BearingProblem:
         """Centrifugal force of a ball in N, ½ m d_m ω²."""
         return np.asarray(0.5 * self.mass * self.pitch_diameter * np.square(cage_speed))
 
+    def gyroscopic(self, motion: Array) -> Array:
+        """Moment in N m that turns a ball's axis with the cage, J ω_m e_a × ω_b; `motion` as of `slip`."""
+        return self.inertia * motion[0] * np.cross(AXIAL, motion[1:])
+
     def geometry(self, ring: RingName, angle: float) -> Geometry:
         """Radii of a contact at a contact angle (rad): the ring rolls with the radius of its cone there."""
         outwards = 1.0 if ring == "outer" else -1.0

@@ -87,7 +87,8 @@ def _contacts(solved: SolvedBearing) -> Iterator[Result]:
     problem = solved.problem
     for j in range(problem.balls):
         ball = next(ball for ball in solved.balls if j in ball.members)
-        for ring, result in ball.result.items():
+        for ring, solved_contact in ball.contacts.items():
+            result = solved_contact.result
             if not problem.rolls:
                 nothing = dict.fromkeys(ONLY_ROLLING, math.nan)
                 state = replace(result.coupled, scalars={**result.coupled.scalars, **nothing})
@@ -179,8 +180,8 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
 
 def _torque(problem: BearingProblem, ball: Ball) -> float:
     """Torque in N m by which a ball brakes the inner ring, about the bearing's axis."""
-    lever = np.cross(0.5 * problem.pitch_diameter * RADIAL, ball.force["inner"])
-    return float((lever + ball.moment["inner"]) @ AXIAL)
+    lever = np.cross(0.5 * problem.pitch_diameter * RADIAL, ball.contacts["inner"].force)
+    return float((lever + ball.contacts["inner"].moment) @ AXIAL)
 
 
 def _stiffness(problem: BearingProblem, placement: Placement, way: int) -> float:

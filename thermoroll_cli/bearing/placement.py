@@ -29,14 +29,16 @@ SINGULAR = 1e-10
 class Placement:
     """Where all is: `ring`, the displacements of the inner ring (axial from the middle, radial towards ball 1 and across, in m;
     tilts in rad), for each ball the `centre` (n, 2) of a ball from that of its outer groove in m, `loads` (n, 2) in N and
-    contact `angles` (n, 2) in rad at the inner and the outer ring; `stiffness` (5, 5) of the ring in N/m, N and N m; `reason`
-    says what is not in balance."""
+    contact `angles` (n, 2) in rad at the inner and the outer ring; `stiffness` (5, 5) of the ring in N/m, N and N m; `turned`,
+    by how much the angles of a ball turn for forces on any ball, axially and outwards, and for those that it passes on to the
+    inner ring, in rad/N, (n, 2, n, 4); `reason` says what is not in balance."""
 
     ring: Array
     centre: Array
     loads: Array
     angles: Array
     stiffness: Array
+    turned: Array
     reason: str = ""
 
 
@@ -74,6 +76,7 @@ def place(
     if problem.axial_displacement is not None:
         ring = np.array([problem.axial_displacement, *ring[1:]])
     count, reason, loaded = len(psi), "", np.ones((len(psi), 2), bool)
+    use = np.concatenate([free, np.ones(2 * count, bool)])
     angles = np.full((len(psi), 2), np.inf)
 
     def state(ring: Array, centre: Array) -> tuple[Array, Array]:
@@ -116,7 +119,6 @@ def place(
             hessian += SINGULAR * max(float(np.abs(hessian).max()), 1.0) * np.eye(len(hessian))
             if left <= BALANCED * max(largest, float(loads.max())):
                 break
-            use = np.concatenate([free, np.ones(2 * count, bool)])
             step = np.zeros(len(hessian))
             slope = np.concatenate([along, across.ravel()])
             step[use] = -np.linalg.solve(hessian[np.ix_(use, use)], slope[use])
@@ -130,7 +132,16 @@ def place(
         reason = f"the loads are not in balance: {left / largest:.1e} of the largest force is left over"
     ours, balls = slice(0, 5), slice(5, None)
     stiffness = hessian[ours, ours] - hessian[ours, balls] @ np.linalg.solve(hessian[balls, balls], hessian[balls, ours])
-    return Placement(ring / scale, centre, loads, angles, stiffness * np.outer(scale, scale), reason)
+    forces = np.zeros((5 + 2 * count, count, 4))
+    forces[balls, :, :2] = np.eye(2 * count).reshape(2 * count, count, 2)
+    forces[ours, :, 2:] = np.moveaxis(moves, 2, 0)
+    moved = np.zeros_like(forces)
+    moved[use] = np.linalg.solve(hessian[np.ix_(use, use)], forces[use].reshape(int(use.sum()), -1)).reshape(-1, count, 4)
+    of_centres = moved[balls].reshape(count, 2, count, 4)
+    apart = np.stack([np.einsum("jki,ibf->jkbf", moves, moved[ours]) - of_centres, of_centres], axis=1)
+    turned = (between[..., 1, None, None] * apart[:, :, 0] - between[..., 0, None, None] * apart[:, :, 1]) / (
+        distance[..., None, None] ** 2)
+    return Placement(ring / scale, centre, loads, angles, stiffness * np.outer(scale, scale), turned, reason)
 
 
 def _start(problem: BearingProblem, given: Array, largest: float) -> tuple[Array, Array]:

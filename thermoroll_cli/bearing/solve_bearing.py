@@ -1,10 +1,12 @@
-"""The search for the places and the motion of all balls: loads, then tractions, in rounds.
+"""The search for the places and the motion of all balls.
 
-Four unknowns of a ball, the speed of the cage and the ball's angular velocity, follow from four conditions: no force along the
-pitch circle, and moments of both contacts that turn the ball's axis with the cage, J ω_m e_a × ω_b. The tractions also push the
-ball axially and outwards, which changes places and loads. Slopes of the tractions with the creepages are found by differences
-once for the first ball, and corrected by each solution of a contact (Broyden 1965). Balls follow each other from the largest
-load to the smallest, and each begins with the motion and the slopes of the one before.
+Eight conditions hold of a ball. Four are of its motion, the speed of the cage and the ball's angular velocity: no force along
+the pitch circle, and moments of both contacts that turn the ball's axis with the cage, J ω_m e_a × ω_b. Four are of its place:
+tractions push the ball, and the inner ring with it, axially and outwards, with the friction with which it was placed. Newton's
+method solves them together, for its place turns the contacts of a ball and so its creepages. Slopes of the tractions with the
+creepages are found by differences once for the first ball, and corrected by each solution of a contact (Broyden 1965). Balls
+follow each other from the largest load to the smallest, and each begins with the motion and the slopes of the one before, in
+rounds until the ring, which the friction of all balls moves, stays where it is.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.bearing.bearing_problem import AXIAL, RINGS, BearingProblem, RingName
+from thermoroll_cli.bearing.bearing_problem import RINGS, BearingProblem, RingName
 from thermoroll_cli.bearing.placement import Placement, place
 from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -30,7 +32,7 @@ Report = Callable[[str, Mapping[str, Any]], None]
 BALANCED = 2e-5
 """Forces and moments over half of the diameter that are left of a ball's balance, over the friction limit of its contacts."""
 SETTLED = 5e-4
-"""Change of the friction that pushes a ball axially and outwards from round to round, over the same."""
+"""Difference of the friction that pushes a ball axially and outwards from that with which it was placed, over the same."""
 MOST_ROUNDS, MOST_STEPS = 25, 30
 LONGEST = 2.0
 """Largest change of a creepage in one step, over twice that at which a contact slides."""
@@ -48,15 +50,24 @@ ALIKE = 1e-9
 """Relative difference of loads and angles of balls that are solved as one."""
 
 
+@dataclass(frozen=True)
+class SolvedContact:
+    """The `result` of a contact at `creepages` (3,); the `force` (N) and the `moment` about the ball's centre (N m) on the
+    ball; and both, the moment over D/2, as a `wrench` (6,) over μW in the axes of the contact, e_z, e_x, e_y."""
+
+    result: Result
+    creepages: Array
+    force: Array
+    moment: Array
+    wrench: Array
+
+
 @dataclass
 class Ball:
     """Balls with the same loads and angles, by their numbers from 0, `members`.
 
-    - `motion`: as of `BearingProblem.slip`; what is `left` of its balance, over the friction limit; whether it is `loaded` by
-      both rings;
-    - for each ring the `result` of its contact, its `force` (N) and `moment` (N m) on the ball about its centre, the
-      `creepages`, and the `slopes` of the force along e_t and the moments over D/2, over μW, with the creepages, over those at
-      which the contact slides;
+    - `motion`: as of `BearingProblem.slip`; whether it is `loaded` by both rings;
+    - for each ring its `contacts`, and the `slopes` of their wrenches with the creepages, over those at which they slide;
     - `passed_on`: errors that the balance causes in each contact: of its load, over the load; of what depends on creepages,
       over its scale; and of its heat (W); `creepage_errors`, and that of the cage's speed, `cage_error` (rad/s)."""
 
@@ -64,13 +75,9 @@ class Ball:
     motion: Array
     loads: Array = field(default_factory=lambda: np.zeros(2))
     angles: Array = field(default_factory=lambda: np.zeros(2))
-    result: dict[RingName, Result] = field(default_factory=dict)
-    force: dict[RingName, Array] = field(default_factory=dict)
-    moment: dict[RingName, Array] = field(default_factory=dict)
-    creepages: dict[RingName, Array] = field(default_factory=dict)
+    contacts: dict[RingName, SolvedContact] = field(default_factory=dict)
     slopes: dict[RingName, Array] = field(default_factory=dict)
     solvers: dict[RingName, Solver] = field(default_factory=dict)
-    left: float = math.inf
     loaded: bool = False
     passed_on: dict[RingName, tuple[float, float, float]] = field(default_factory=dict)
     creepage_errors: dict[RingName, Array] = field(default_factory=dict)
@@ -116,13 +123,12 @@ class BearingSearch:
             heating=replace(contact.heating, heat=False, deformation=False))
         for ball in self.balls:
             if not ball.loaded:
-                ball.result = {}
+                ball.contacts = {}
                 continue
             # From nothing, so that it is the result of the same contact alone.
             ball.solvers = {}
             self._solve(ball, whole)
             if self.problem.balances and ball.slopes:
-                ball.left = self._left(ball)
                 self._pass_on_errors(ball)
         return SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
                              self.solves)
@@ -195,25 +201,32 @@ class BearingSearch:
                 problem = replace(self.problem.contact_problem(contact, ring, angle, load, slow), motion=contact.motion)
             else:
                 problem = self.problem.contact_problem(contact, ring, angle, load, ball.motion)
-            self._learn(ball, ring, problem)
-            self.solves += 1
+            ball.contacts[ring] = self._contact(ball, ring, problem)
 
-    def _learn(self, ball: Ball, ring: RingName, problem: Problem) -> None:
+    def _contact(self, ball: Ball, ring: RingName, problem: Problem) -> SolvedContact:
         try:
             result = ball.solvers.setdefault(ring, Solver(self.threads)).solve(problem)
         except Unsolvable as cause:
             name = f"the {ring} contact of ball {ball.members[0] + 1}, of {problem.normal_force:.4g} N"
             raise Unsolvable(f"{name}, cannot be solved: {cause}", "bearing.load",
                              'other loads, or patches = "plane" in [bearing]') from None
-        k = RINGS.index(ring)
-        force, moment = tractions_on_ball(self.problem, ring, float(ball.angles[k]), result)
-        ball.result[ring], ball.force[ring], ball.moment[ring] = result, force, moment
-        ball.creepages[ring] = np.array([problem.motion.creepage_x, problem.motion.creepage_y, problem.motion.spin])
+        self.solves += 1
+        force, moment = tractions_on_ball(self.problem, ring, float(ball.angles[RINGS.index(ring)]), result)
+        frame, creepages = self._frame(ball, ring), [problem.motion.creepage_x, problem.motion.creepage_y, problem.motion.spin]
+        wrench = np.concatenate([frame @ force, frame @ moment * (2.0 / self.problem.ball_diameter)])
+        return SolvedContact(result, np.array(creepages), force, moment, wrench / self._friction(ball, ring))
 
-    def _wrench(self, ball: Ball, ring: RingName) -> Array:
-        """Force along e_t and moments over D/2 of a contact, over its friction limit."""
-        limit = self.problem.contact.friction.coefficient * ball.loads[RINGS.index(ring)]
-        return np.array([ball.force[ring][2], *(2.0 * ball.moment[ring] / self.problem.ball_diameter)]) / limit
+    def _frame(self, ball: Ball, ring: RingName) -> Array:
+        """e_z, e_x and e_y of a contact as rows."""
+        return np.array(self.problem.frame(ring, float(ball.angles[RINGS.index(ring)])))
+
+    def _friction(self, ball: Ball, ring: RingName) -> float:
+        """Friction limit of a contact in N."""
+        return self.problem.contact.friction.coefficient * float(ball.loads[RINGS.index(ring)])
+
+    def limit(self, ball: Ball) -> float:
+        """Friction limit of a ball in N."""
+        return max(self._friction(ball, ring) for ring in RINGS)
 
     def saturation(self, ball: Ball, ring: RingName) -> Array:
         """Creepages and spin at which a contact slides all over."""
@@ -222,205 +235,212 @@ class BearingSearch:
         creepage = self.problem.contact.friction.coefficient * hertz.semi_axis_x * hertz.curvature_x
         return np.array([creepage, creepage, creepage / hertz.semi_axis_y])
 
+    def conditions(self, ball: Ball, ring: RingName, wrench: Array) -> Array:
+        """What a contact's tractions, `wrench` (6, …), contribute to the conditions of a ball (8, …), in N: the force along the
+        pitch circle, the moments over D/2, the force that pushes the ball axially and outwards, and that on the inner ring."""
+        frame = self._friction(ball, ring) * self._frame(ball, ring).T
+        force, moment = frame @ wrench[:3], frame @ wrench[3:]
+        return np.concatenate([force[2:], moment, force[:2], -force[:2] if ring == "inner" else np.zeros_like(force[:2])])
+
     def rest(self, ball: Ball) -> Array:
-        """What is left of the balance of a ball in N: the force along the pitch circle, and moments over D/2."""
-        gyroscopic = self.problem.inertia * ball.motion[0] * np.cross(AXIAL, ball.motion[1:])
-        moment = ball.moment["inner"] + ball.moment["outer"] - gyroscopic
-        return np.array([sum(force[2] for force in ball.force.values()), *(2.0 * moment / self.problem.ball_diameter)])
+        """What is left of the conditions of a ball (8,), in N; the last four are how much the friction that was found differs
+        from that with which the ball was placed. Since its contacts were solved they follow their slopes."""
+        first = ball.members[0]
+        total = -np.concatenate([np.zeros(4), self.on_balls[first], self.on_ring[first]])
+        total[1:4] -= 2.0 / self.problem.ball_diameter * self.problem.gyroscopic(ball.motion)
+        for k, ring in enumerate(RINGS):
+            solved = ball.contacts[ring]
+            moved = self.problem.creepages(ring, float(ball.angles[k]), ball.motion) - solved.creepages
+            wrench = solved.wrench + (ball.slopes[ring] @ (moved / self.saturation(ball, ring)) if ball.slopes else 0.0)
+            total += self.conditions(ball, ring, wrench)
+        return total
 
     def jacobian(self, ball: Ball) -> Array:
-        """Its derivatives with the motion of the ball."""
-        total, mu = np.zeros((4, 4)), self.problem.contact.friction.coefficient
-        for k, ring in enumerate(RINGS):
-            by_motion = self._by_motion(ball, ring) / self.saturation(ball, ring)[:, None]
-            total += mu * ball.loads[k] * ball.slopes[ring] @ by_motion
-        inertia = 2.0 * self.problem.inertia / self.problem.ball_diameter
-        total[1:, 0] -= inertia * np.cross(AXIAL, ball.motion[1:])
-        total[1:, 1:] -= inertia * ball.motion[0] * np.cross(AXIAL, np.eye(3)).T
+        """Derivatives of `rest` with the motion of the ball and the friction with which it is placed, (8, 8)."""
+        total = np.diag([0.0] * 4 + [-1.0] * 4)
+        for ring in RINGS:
+            moved = self.changes(ball, ring) / self.saturation(ball, ring)[:, None]
+            total += self.conditions(ball, ring, ball.slopes[ring] @ moved)
+        turned = (self.problem.gyroscopic(ball.motion + unit) - self.problem.gyroscopic(ball.motion - unit)
+                  for unit in np.eye(4))  # quadratic
+        total[1:4, :4] -= np.transpose(list(turned)) / self.problem.ball_diameter
         return total
+
+    def changes(self, ball: Ball, ring: RingName) -> Array:
+        """Derivatives of the creepages of a contact with the motion of its ball, and, as that turns the contact, with the
+        friction with which the ball is placed, (3, 8)."""
+        k, step, tilt = RINGS.index(ring), 1e-6 * float(np.linalg.norm(ball.motion)), 1e-6
+        angle, motion, members = float(ball.angles[k]), ball.motion, list(ball.members)
+        here = self.problem.creepages(ring, angle, motion)
+        by_motion = [(self.problem.creepages(ring, angle, motion + step * unit) - here) / step for unit in np.eye(4)]
+        by_angle = (self.problem.creepages(ring, angle + tilt, motion) - here) / tilt
+        turned = self.placement.turned[members[0], k, members].sum(axis=0)
+        return np.hstack([np.transpose(by_motion), np.outer(by_angle, turned)])
 
     def _pass_on_errors(self, ball: Ball) -> None:
         """Errors of motion and loads by those of the forces of both contacts, and by what is left of the balance.
 
         Both contacts have much the same grid, and most of what their forces miss is a like share of each, which leaves the
         balance as it is; the rest, `APART` of the estimates, is independent. What follows adds by its squares."""
-        errors, friction, half = np.zeros((10, 4)), self.problem.contact.friction.coefficient, 0.5 * self.problem.ball_diameter
-        parts: dict[RingName, Array] = {}
+        errors, half = np.zeros((10, 8)), 0.5 * self.problem.ball_diameter
+        # Force along and across and the moment about the normal over D/2: the ball's centre is D/2 away.
+        unit = np.array([[0, 1, 0, 0, 0, 1], [0, 0, 1, 0, -1, 0], [0, 0, 0, 1, 0, 0]], float).T
         for k, ring in enumerate(RINGS):
-            normal, e_x, e_y = self.problem.frame(ring, float(ball.angles[k]))
-            # Force along and across, and the moment about the normal over D/2, in the conditions of the balance.
-            parts[ring] = np.array([[e_x[2], *e_y], [0.0, *-e_x], [0.0, *normal]])
-            own = np.nan_to_num([ball.result[ring].uncertainty[name] for name in ("force_x_N", "force_y_N", "spin_moment_Nmm")])
-            own *= [1.0, 1.0, 1e-3 / half]
-            errors[3 * k : 3 * k + 3] = APART * own[:, None] * parts[ring]
-            signs = np.sign([ball.result[ring][name] for name in ("force_x_N", "force_y_N", "spin_moment_Nmm")])
-            errors[7:] += (signs * own)[:, None] * parts[ring]
-        errors[6] = ball.left * self.limit(ball) * 0.5
-        by_motion = -np.linalg.pinv(self.jacobian(ball), rcond=1e-10) @ errors.T
-        ball.cage_error = float(np.linalg.norm(by_motion[0]))
+            result, parts = ball.contacts[ring].result, self.conditions(ball, ring, unit) / self._friction(ball, ring)
+            names = ("force_x_N", "force_y_N", "spin_moment_Nmm")
+            own = np.nan_to_num([result.uncertainty[name] for name in names]) * [1.0, 1.0, 1e-3 / half]
+            errors[3 * k : 3 * k + 3] = APART * own[:, None] * parts.T
+            errors[7:] += (np.sign([result[name] for name in names]) * own)[:, None] * parts.T
+        errors[6] = 0.5 * self.rest(ball)
+        by_errors = -np.linalg.pinv(self.jacobian(ball), rcond=1e-10) @ errors.T
+        ball.cage_error = float(np.linalg.norm(by_errors[0]))
         for k, ring in enumerate(RINGS):
-            unit, here, load = self.saturation(ball, ring), ball.creepages[ring], float(ball.loads[k])
-            moved = self._by_motion(ball, ring) @ by_motion
-            scalars = ball.result[ring].coupled.scalars
+            saturation, here, load = self.saturation(ball, ring), ball.contacts[ring].creepages, float(ball.loads[k])
+            moved = self.changes(ball, ring) @ by_errors
+            wrench = self._friction(ball, ring) * ball.slopes[ring] @ (moved / saturation[:, None])
+            scalars = ball.contacts[ring].result.coupled.scalars
             forces = np.array([scalars["force_x_N"], scalars["force_y_N"], 1e-3 * scalars["spin_moment_Nmm"]])
-            # Moments of both forces about the ball's centre count twice in the balance: half is what each follows.
-            changed = np.array([1.0, 1.0, half])[:, None] * (
-                parts[ring] / (parts[ring] ** 2).sum(axis=1, keepdims=True)) @ (
-                friction * load * ball.slopes[ring] @ (moved / unit[:, None]))
+            changed = wrench[[1, 2, 3]] * np.array([1.0, 1.0, half])[:, None]
             power = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0] * (forces @ moved + here @ changed)
             ball.creepage_errors[ring] = np.linalg.norm(moved, axis=1)
-            relative = np.linalg.norm(moved / unit[:, None], axis=0) / max(float(np.linalg.norm(here / unit)), 1.0)
+            relative = np.linalg.norm(moved / saturation[:, None], axis=0) / max(float(np.linalg.norm(here / saturation)), 1.0)
             ball.passed_on[ring] = ((float(np.linalg.norm(errors[:, 0])) + SETTLED * self.limit(ball)) / load,
                                     FOLLOWED * float(np.linalg.norm(relative)), FOLLOWED * float(np.linalg.norm(power)))
-
-    def _by_motion(self, ball: Ball, ring: RingName) -> Array:
-        """Derivatives of the creepages of a contact with the motion of its ball, (3, 4)."""
-        angle, step = float(ball.angles[RINGS.index(ring)]), 1e-6 * float(np.linalg.norm(ball.motion))
-        here = self.problem.creepages(ring, angle, ball.motion)
-        moved = (self.problem.creepages(ring, angle, ball.motion + step * unit) for unit in np.eye(4))
-        return np.array([(creepages - here) / step for creepages in moved]).T
-
-    def limit(self, ball: Ball) -> float:
-        """Friction limit of a ball in N."""
-        return self.problem.contact.friction.coefficient * float(ball.loads.max())
 
     def _differences(self, ball: Ball, contact: Problem) -> None:
         """Slopes of both contacts by differences."""
         for k, ring in enumerate(RINGS):
-            kept = ball.result[ring], ball.force[ring], ball.moment[ring], ball.creepages[ring]
-            before, unit, columns = self._wrench(ball, ring), self.saturation(ball, ring), []
+            here, unit, columns = ball.contacts[ring], self.saturation(ball, ring), []
             shaped = self.problem.contact_problem(contact, ring, float(ball.angles[k]), float(ball.loads[k]), ball.motion)
             for axis in range(3):
-                moved = kept[3] + DIFFERENCE * unit * np.eye(3)[axis]
-                x, y, spin = moved.tolist()
-                self._learn(ball, ring, replace(shaped, motion=replace(shaped.motion, creepage_x=x, creepage_y=y, spin=spin)))
-                self.solves += 1
-                columns.append((self._wrench(ball, ring) - before) / DIFFERENCE)
+                x, y, spin = (here.creepages + DIFFERENCE * unit * np.eye(3)[axis]).tolist()
+                moved = replace(shaped, motion=replace(shaped.motion, creepage_x=x, creepage_y=y, spin=spin))
+                columns.append((self._contact(ball, ring, moved).wrench - here.wrench) / DIFFERENCE)
             ball.slopes[ring] = np.array(columns).T
-            ball.result[ring], ball.force[ring], ball.moment[ring], ball.creepages[ring] = kept
 
-    def _step(self, ball: Ball) -> tuple[Array, float]:
-        """Newton's step of the motion, of bounded changes of all creepages, and its share of the whole step."""
-        unknown = slice(1, 4) if self.problem.common_cage else slice(0, 4)
-        step = np.zeros(4)
-        step[unknown] = np.linalg.lstsq(self.jacobian(ball)[unknown, unknown], -self.rest(ball)[unknown], rcond=1e-10)[0]
+    def _step(self, ball: Ball, most: float) -> tuple[Array, float]:
+        """Newton's step of the motion and of the friction, of bounded changes of all creepages times `most`, and its share of
+        the whole step."""
+        unknown = slice(1, 8) if self.problem.common_cage else slice(0, 8)
+        unit = np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)), self.limit(ball)], 4)
+        step = np.zeros(8)
+        step[unknown] = unit[unknown] * np.linalg.lstsq(
+            (self.jacobian(ball) * unit)[unknown, unknown], -self.rest(ball)[unknown], rcond=1e-10)[0]
         change = 0.0
         for k, ring in enumerate(RINGS):
-            moved = self._by_motion(ball, ring) @ step
+            moved = self.changes(ball, ring) @ step
             before, after = (self.problem.slip(ring, float(ball.angles[k]), motion)[0]
-                             for motion in (ball.motion, ball.motion + step))
+                             for motion in (ball.motion, ball.motion + step[:4]))
             # Surfaces go on flowing the same way.
             change = max(change, float(np.abs(moved / (2.0 * self.saturation(ball, ring))).max()),
                          2.0 * (1.0 - after / before) * LONGEST)
-        share = min(1.0, LONGEST / max(change, 1e-300))
+        share = most * min(1.0, LONGEST / max(change, 1e-300))
         return share * step, share
 
-    def _left(self, ball: Ball) -> float:
-        rest = self.rest(ball)
-        return float(np.linalg.norm(rest[1:] if self.problem.common_cage else rest)) / self.limit(ball)
+    def left(self, ball: Ball) -> float:
+        """What is left of the conditions of a ball, over its friction limit; of friction that differs, `SETTLED` counts as
+        `BALANCED`."""
+        rest = self.rest(ball) / self.limit(ball)
+        differs = BALANCED / SETTLED * float(np.linalg.norm(rest[4:]))
+        return math.hypot(float(np.linalg.norm(rest[self.problem.common_cage : 4])), differs)
 
     def _in_balance(self, ball: Ball, contact: Problem, tolerance: float) -> None:
-        """Move a ball until what is left of its balance falls below `tolerance`, or nothing more helps."""
-        self._solve(ball, contact)
-        ball.left = self._left(ball)
-        fresh, failed = False, 0
+        """Move a ball, and its place with its friction, until what is left of its conditions falls below `tolerance`, or
+        nothing more helps."""
+        where, fresh, failed = list(ball.members), False, 0
         for _ in range(MOST_STEPS):
-            if ball.left <= tolerance:
+            if (left := self.left(ball)) <= tolerance:
                 return
             if not ball.slopes or failed > 2:
                 if fresh:
                     return
                 self._differences(ball, contact)
                 fresh, failed = True, 0
-            step, share = (part * 0.5**failed for part in self._step(ball))
-            kept = (ball.motion, dict(ball.result), dict(ball.force), dict(ball.moment), dict(ball.creepages), ball.left)
-            before = {ring: (self._wrench(ball, ring), ball.creepages[ring]) for ring in RINGS}
-            ball.motion = ball.motion + step
-            self._solve(ball, contact)
-            for ring, (wrench, creepages) in before.items():
-                moved = (ball.creepages[ring] - creepages) / self.saturation(ball, ring)
-                missed = self._wrench(ball, ring) - wrench - ball.slopes[ring] @ moved
-                ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, moved) / max(float(moved @ moved), 1e-300)
-            left = self._left(ball)
-            if left < (1.0 - 0.1 * share) * ball.left:
-                ball.left, failed, fresh = left, 0, False
-            else:
-                ball.motion, ball.result, ball.force, ball.moment, ball.creepages, ball.left = kept
-                failed += 1
+            step, share = self._step(ball, 0.5**failed)
+            motion, placement, contacts = ball.motion, self.placement, dict(ball.contacts)
+            on_ball, on_ring = self.on_balls[where], self.on_ring[where]
+            ball.motion = motion + step[:4]
+            self.on_balls[where], self.on_ring[where] = on_ball + step[4:6], on_ring + step[6:]
+            self.cage[where] = ball.motion[0]
+            self.placement = self._placed()
+            self._put(ball)
+            if ball.loaded and not self.placement.reason:
+                self._solve(ball, contact)
+                for ring, before in contacts.items():
+                    moved = (ball.contacts[ring].creepages - before.creepages) / self.saturation(ball, ring)
+                    missed = ball.contacts[ring].wrench - before.wrench - ball.slopes[ring] @ moved
+                    ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, moved) / max(float(moved @ moved), 1e-300)
+                if self.left(ball) < (1.0 - 0.1 * share) * left:
+                    failed, fresh = 0, False
+                    continue
+            ball.motion, self.placement, self.on_balls[where], self.on_ring[where] = motion, placement, on_ball, on_ring
+            self.cage[where] = ball.motion[0]
+            self._put(ball)
+            ball.contacts, failed = contacts, failed + 1
 
     def _balance(self, contact: Problem, tolerance: float) -> str:
-        """Rounds of loads and tractions until nothing changes; else why not."""
-        moved = 1.0
-        loaded = [ball for ball in self.balls if ball.loaded]
-        if not loaded:
-            return "no ball touches both rings"
+        """Rounds over all balls until nothing changes; else why not."""
+        for ball in self.balls:
+            if ball.contacts:
+                self._solve(ball, contact)
+        left, idle = 0.2, 0
         for _ in range(MOST_ROUNDS):
             self.rounds += 1
-            before: Ball | None = None
-            wanted = tolerance if moved <= 20.0 * SETTLED else min(0.05 * moved, 0.05)
+            loaded, last = [ball for ball in self.balls if ball.loaded], None
+            if not loaded:
+                return "no ball touches both rings"
+            # The friction of every ball moves the ring: all of them get closer together.
+            wanted = tolerance if len(loaded) == 1 else max(0.5 * tolerance, 0.05 * left)
             for ball in loaded:
-                if not ball.result:
-                    self._begin(ball, before, contact)
+                if not ball.contacts:
+                    self._begin(ball, last, contact)
                 self._in_balance(ball, contact, wanted)
-                before = ball
-            moved = self._friction_moved()
+                last = ball
             unbalanced = self._common_speed() if self.problem.common_cage else 0.0
-            self.report("bearing", {"iteration": self.rounds, "residual": moved})
-            worst = max(loaded, key=lambda ball: ball.left)
-            # Places follow the friction once more only if it has changed: tractions are in balance at the places as they are.
-            if moved <= SETTLED and unbalanced <= SETTLED and worst.left <= tolerance:
-                return ""
-            if worst.left > wanted and moved <= SETTLED:
-                break
+            self._carry_along(loaded)
             self.placement = self._placed()
             if self.placement.reason:
                 return self.placement.reason
             for ball in self.balls:
                 self._put(ball)
-            loaded = [ball for ball in self.balls if ball.loaded]
-            if not loaded:
-                return "no ball touches both rings"
-        if worst.left > tolerance:
-            return self._without_axis(worst)
-        return f"the friction of the balls did not settle: it still changes by {moved:.1e} of its limit from round to round"
+            known = [ball for ball in self.balls if ball.loaded and ball.contacts]
+            before, left = left, max(map(self.left, known), default=math.inf)
+            self.report("bearing", {"iteration": self.rounds, "residual": left})
+            if left <= tolerance and unbalanced <= SETTLED and all(ball.contacts for ball in self.balls if ball.loaded):
+                return ""
+            idle = idle + 1 if left > 0.7 * before and unbalanced <= SETTLED else 0
+            if idle == 2:
+                break
+        return self._without_axis(max(known, key=self.left)) if left > tolerance else (
+            f"the cage found no common speed: its pockets are left with {unbalanced:.1e} of the friction limit")
 
     def _begin(self, ball: Ball, before: Ball | None, contact: Problem) -> None:
-        """The first motion: between both race controls, as far as the ball before, and its slopes."""
+        """The first motion: between both race controls, as far as the ball before, and with its slopes."""
         inner, outer = (self.problem.race_control(ball.angles, ring) for ring in RINGS)
         if before is None:
-            left = []
+            tried = []
             for motion in (outer, 0.5 * (inner + outer), inner):
                 ball.motion = motion
                 self._solve(ball, contact)
-                left.append((self._left(ball), motion))
-            ball.motion = min(left, key=lambda pair: pair[0])[1]
-        else:
-            ball.motion = 0.5 * (inner + outer)
-            its = [self.problem.race_control(before.angles, ring) for ring in RINGS]
-            ball.motion = ball.motion + before.motion - 0.5 * (its[0] + its[1])
-            ball.slopes = dict(before.slopes)
-            for ring in RINGS:
-                solver = Solver(self.threads)
-                solver.last = before.solvers[ring].last
-                ball.solvers[ring] = solver
-        if self.problem.common_cage and before is not None:
+                tried.append((self.left(ball), motion, dict(ball.contacts)))
+            _, ball.motion, ball.contacts = min(tried, key=lambda each: each[0])
+            return
+        its = [self.problem.race_control(before.angles, ring) for ring in RINGS]
+        ball.motion = 0.5 * (inner + outer) + before.motion - 0.5 * (its[0] + its[1])
+        ball.slopes = dict(before.slopes)
+        for ring in RINGS:
+            ball.solvers[ring] = Solver(self.threads)
+            ball.solvers[ring].last = before.solvers[ring].last
+        if self.problem.common_cage:
             ball.motion[0] = before.motion[0]
+        self._solve(ball, contact)
 
-    def _friction_moved(self) -> float:
-        """Take over the friction that pushes balls and ring; its largest change over the friction limit."""
-        moved = 0.0
-        for ball in (ball for ball in self.balls if ball.loaded):
-            push, on_ring = (ball.force["inner"] + ball.force["outer"])[:2], -ball.force["inner"][:2]
-            cage = ball.motion[0]
-            where, limit = list(ball.members), self.limit(ball)
-            change = float(np.abs(push - self.on_balls[where[0]]).max())
-            spread = abs(float(self.problem.centrifugal(cage) - self.problem.centrifugal(self.cage[where[0]])))
-            moved = max(moved, (change + spread) / limit)
-            self.on_balls[where], self.on_ring[where], self.cage[where] = push, on_ring, cage
-        carried = [j for ball in self.balls if ball.loaded for j in ball.members]
+    def _carry_along(self, loaded: list[Ball]) -> None:
+        """Balls that one ring alone touches have no friction and go round as the others do, at their mean."""
+        carried = [j for ball in loaded for j in ball.members]
         free = [j for j in range(self.problem.balls) if j not in carried]
-        self.cage[free] = float(np.mean(self.cage[carried])) if carried else self.cage[free]
-        return moved
+        self.on_balls[free] = self.on_ring[free] = 0.0
+        self.cage[free] = float(np.mean(self.cage[carried]))
 
     def _common_speed(self) -> float:
         """Newton's step of the speed that all balls share; the forces along the pitch circle together, over the limit."""
@@ -442,14 +462,13 @@ class BearingSearch:
 
     def _without_axis(self, ball: Ball) -> str:
         """Why a ball found no axis."""
-        of_tractions, gyroscopic = self.limit(ball) * self.problem.ball_diameter, self.problem.inertia * float(
-            np.linalg.norm(ball.motion[0] * np.cross(AXIAL, ball.motion[1:])))
-        name = f"ball {ball.members[0] + 1}"
+        of_tractions, left = self.limit(ball) * self.problem.ball_diameter, self.left(ball)
+        gyroscopic, name = float(np.linalg.norm(self.problem.gyroscopic(ball.motion))), f"ball {ball.members[0] + 1}"
         if gyroscopic > 0.5 * of_tractions:
-            return (f"{name}: no axis was found, {ball.left:.1e} of the friction limit are left over; its gyroscopic moment of "
+            return (f"{name}: no axis was found, {left:.1e} of the friction limit are left over; its gyroscopic moment of "
                     f"{1e3 * gyroscopic:.3g} N mm is near what friction holds, {1e3 * of_tractions:.3g} N mm: more load, more "
                     "friction or less speed keeps it")
-        return f"{name}: the tractions of its contacts do not balance, {ball.left:.1e} of the friction limit are left over"
+        return f"{name}: the tractions of its contacts do not balance, {left:.1e} of the friction limit are left over"
 
 
 def tractions_on_ball(problem: BearingProblem, ring: RingName, angle: float, result: Result) -> tuple[Array, Array]:

@@ -84,6 +84,11 @@ def bearing_faults(sections: Mapping[str, Any], bearing: BearingTable) -> Iterat
                    f"{angle:.5g} degrees, not {bearing.contact_angle_deg:g}", "one of contact_angle_deg and clearance_um")
     if load.axial_displacement_um is None and not load.axial_N and not load.radial_N and not _acts(load.moment_Nm):
         yield ("bearing", "load"), "loads nothing", "axial_N, radial_N, moment_Nm or axial_displacement_um"
+    material = sections.get("material")
+    rings = getattr(material, "lower", material)
+    if load.inner_over_outer_K and rings is not None and rings.expansion_um_mK is None:
+        yield (("bearing", "load", "inner_over_outer_K"), "widens the inner ring, but its thermal expansion is not given",
+               "0, or thermal constants in [material]")  # fmt: skip
     friction = sections.get("load")
     if bearing.control == "tractions" and bearing.inner_rpm != bearing.outer_rpm and friction is not None and (
             friction.friction_coefficient == 0.0):
