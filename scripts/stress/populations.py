@@ -28,6 +28,7 @@ from scripts.stress.random_friction import (
     random_from_zero,
     random_history,
     random_rising,
+    random_steps,
     random_strength,
     random_yield,
 )
@@ -144,6 +145,7 @@ POPULATIONS = {
     "coverage below the surface": Population(
         lambda seed: replace(random_contact(50000 + seed), subsurface=SubsurfaceRequest()), covered, 40, 300.0),
     "coverage of falling friction": Population(random_friction, covered, 40, 300.0),
+    "coverage of steps of friction": Population(random_steps, covered, 40, 300.0),
     "coverage of strength and wear": Population(random_strength, covered, 40, 300.0),
     "coverage of histories": Population(random_history, covered_beyond, 40, 300.0),
     "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.stress.random_contacts import random_contact
+from scripts.stress.random_profiles import random_profile_contact
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.problem import Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.derived import DerivedQuantities, rubbed
 
 WELL_POSED = 0.6
 """Criterion of falling friction without memory up to which there is one solution."""
@@ -118,6 +119,24 @@ def random_from_zero(seed: int) -> Problem:
     middle = ((0.5 * slip, least),) if rng.random() < 1.0 / 3.0 else ()
     law = FrictionLaw("table", table=((0.0, least), *middle, (slip, 1.0), (1e3 * slip, 1.0)))
     return replace(problem, friction=replace(problem.friction, law=law))
+
+
+def random_steps(seed: int) -> Problem:
+    """The contact of `seed`, every fourth one of profiles, with friction that changes across it in a step, in a stripe of more
+    or less friction, or in a spike, anywhere; stripes and ramps from 0.003 to 0.6 semi-axes wide, the lesser friction from none
+    to 0.8 of the larger one. Forces are the same share of friction's limit."""
+    rng = np.random.default_rng([31, seed])
+    problem = random_profile_contact(3 * seed) if seed % 4 == 3 else random_contact(170000 + seed)
+    scales = DerivedQuantities(problem).scales
+    place, ramp, width = rng.uniform(-0.9, 0.9), *(10.0 ** rng.uniform((-4.0, -2.5), (-1.0, -0.2)))
+    low, high = rng.permutation([0.0 if rng.random() < 0.2 else rng.uniform(0.0, 0.8), 1.0])
+    step, spike = [(0.0, low), (ramp, high)], [(0.0, low), (0.5 * width, high), (width, low)]
+    shape = (step, spike, [*step, (ramp + width, high), (2.0 * ramp + width, low)])[int(rng.integers(3))]
+    points = [(scales.centre + scales.semi_axis_y * float(place + y), float(share)) for y, share in shape]
+    stepped, motion = rubbed(problem, points), problem.motion
+    if motion.force_x is not None:
+        motion = replace(motion, force_x=motion.force_x * stepped.traction_limit / problem.traction_limit)
+    return replace(stepped, motion=motion)
 
 
 def random_strength(seed: int) -> Problem:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+from functools import lru_cache
 
 import h5py
 import numpy as np
@@ -13,7 +14,6 @@ import pytest
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT, case_named
 from thermoroll_cli import Case, CaseError, solve
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 CONTACT_EXAMPLE = [[-20.0, 0.2], [-10.0, 0.3]]
 
@@ -92,29 +92,65 @@ def test_full_sliding_has_the_coefficient_of_every_place():
     result = profiled({"across": points}, creepage={"longitudinal": 0.1})
     fields, y = result.fields, 1e3 * result.coupled.y
     dy = y[1] - y[0]
-    # Elements have the mean of the places in them.
-    coefficient = np.interp(y[:, None] + dy * (np.arange(200) + 0.5 - 100.0) / 200.0, *np.array(points).T).mean(axis=1)
-    expected = coefficient * fields["pressure"]
+    # Elements have the mean of the places in them, each with its pressure, which changes evenly.
+    place, pressure = (np.arange(200) + 0.5 - 100.0) / 200.0, fields["pressure"]
+    slope = np.clip(np.gradient(np.pad(pressure, ((0, 0), (1, 1))), axis=1)[:, 1:-1], -2.0 * pressure, 2.0 * pressure)
+    there = np.interp(y[:, None] + dy * place, *np.array(points).T)
+    expected = (there * (pressure[:, :, None] + slope[:, :, None] * place)).mean(axis=2)
     np.testing.assert_allclose(np.hypot(fields["shear_x"], fields["shear_y"]), expected, atol=1e-3 * expected.max())
-    np.testing.assert_allclose(fields["friction_coefficient"][fields["pressure"] > 0.0],
-                               np.broadcast_to(coefficient, expected.shape)[fields["pressure"] > 0.0], rtol=1e-4)
+    np.testing.assert_allclose((fields["friction_coefficient"] * pressure)[pressure > 0.0], expected[pressure > 0.0], rtol=1e-4)
+
+
+@lru_cache
+def fine_lines():
+    """Load per width of lines of rolling, in Pa m, and their y in mm."""
+    fine = profiled({"across": [[0.0, 0.3]]}, numerics={"grid": 96})
+    return fine.fields["pressure"].sum(axis=0), 1e3 * fine.coupled.y
 
 
 @pytest.mark.parametrize("grid", [16, 17])
 @pytest.mark.parametrize("points", [[[-0.01, 0.3], [0.0, 0.6], [0.01, 0.3]], [[-0.01, 0.0], [0.0, 0.6], [0.01, 0.0]],
                                     [[0.999, 0.3], [1.001, 0.1]]])  # fmt: skip
 def test_friction_that_changes_within_an_element_is_carried_as_it_is(grid, points):
-    """A spike, a stripe and a step in full sliding, on grids with and without a column in the middle: the force is that of
-    lines of rolling whose load falls like a parabola, and is the limit. Peaks beside such places have no error, and a warning
-    says so."""
+    """A spike, a stripe and a step in full sliding, on grids with and without a column in the middle: the force is that of the
+    pressure of a fine grid, within its error, and about the limit. Peaks beside such places have no error, and a warning says
+    so."""
     result = profiled({"across": points}, creepage={"longitudinal": 0.1}, numerics={"grid": grid})
-    t = (np.arange(400000) + 0.5) / 200000.0 - 1.0
-    half_width = 1e3 * DerivedQuantities(result.problem).scales.semi_axis_y
-    exact = 8e4 * np.average(np.interp(half_width * t, *np.array(points).T), weights=1.0 - t**2)
-    assert result["friction_limit_N"] == pytest.approx(exact, rel=1e-4)
-    assert result["force_x_N"] == pytest.approx(exact, rel=0.02)
+    lines, y = fine_lines()
+    t = np.linspace(y[0], y[-1], 400001)
+    exact = 8e4 * np.average(np.interp(t, *np.array(points).T), weights=np.interp(t, y, lines))
+    assert result["friction_limit_N"] == pytest.approx(exact, rel=1e-3)
+    assert abs(result["force_x_N"] - exact) <= result.uncertainty["force_x_N"] + 1e-5 * exact
     assert math.isnan(result.uncertainty["shear_max_MPa"])
     assert any(warning.startswith("friction changes by") for warning in result.warnings)
+
+
+@pytest.mark.parametrize("points", [[[2.0, 0.0], [2.02, 0.5]], [[0.7, 0.1], [0.72, 0.5], [0.9, 0.5], [0.92, 0.1]],
+                                    [[-1.5, 0.5], [-1.49, 0.05], [-1.2, 0.05], [-1.19, 0.5]]])  # fmt: skip
+@pytest.mark.parametrize("creepage", [{"longitudinal": 3e-4}, {"longitudinal": 1.2e-3, "lateral": 6e-4}])
+def test_forces_of_contacts_that_stick_have_errors_where_friction_jumps(points, creepage):
+    """A step to nothing, a stripe as wide as an element and one of little friction, against a grid four times as fine."""
+    fine = profiled({"across": points}, creepage=creepage, numerics={"grid": 112})
+    limit = fine["friction_limit_N"]
+    for grid in (24, 28, 33):
+        result = profiled({"across": points}, creepage=creepage, numerics={"grid": grid})
+        for name in ("force_x_N", "force_y_N", "Q_F_W", "stick_area_mm2"):
+            own = result.uncertainty[name] + fine.uncertainty[name]
+            # Areas that stick are found element by element: some are off by more than their error.
+            assert abs(result[name] - fine[name]) <= (2.0 if name == "stick_area_mm2" else 1.0) * own + 1e-9, (name, grid)
+        assert 1e-5 * limit < result.uncertainty["force_x_N"] < 0.05 * limit
+
+
+def test_a_spike_between_elements_has_the_largest_temperature_of_none():
+    heat = {"material": {"conductivity_W_mK": 50.0, "diffusivity_mm2_s": 14.0, "expansion_um_mK": 12.0},
+            "thermal": {"deformation": False}}
+    spike, step = [[0.4, 0.1], [0.41, 0.6], [0.42, 0.1]], [[0.4, 0.1], [0.41, 0.6]]
+    for points, known in ((spike, False), (step, True)):
+        result = profiled({"across": points}, creepage={"longitudinal": 0.01}, **heat)
+        assert math.isfinite(result.uncertainty["temperature_rise_max_lower_K"]) is known
+        assert math.isfinite(result.uncertainty["temperature_rise_mean_lower_K"])
+        (warning,) = (warning for warning in result.warnings if warning.startswith("friction changes by"))
+        assert ("largest temperatures" in warning) is not known
 
 
 def test_constant_mirrored_and_split_points_across_change_nothing():
@@ -210,8 +246,8 @@ def test_other_commands_take_friction_of_places(tmp_path):
     table = np.genfromtxt(second.with_suffix(".csv"), delimiter=",", names=True)
     local, y = table["friction_coefficient"], table["y_mm"]
     loaded = table["pressure_MPa"] > 0.0
-    # Elements that hold one of the points have a mean of what is on its sides.
-    np.testing.assert_allclose(local[loaded], np.interp(y[loaded], [-3.0, 3.0], [0.2, 0.4]), atol=1e-3)
+    # Elements have a mean of what is in them, where the pressure is high more than where it is low.
+    np.testing.assert_allclose(local[loaded], np.interp(y[loaded], [-3.0, 3.0], [0.2, 0.4]), atol=4e-3)
     worn = call("wear", "case.toml", "--json", *quiet, cwd=tmp_path)
     assert worn.returncode == 0, worn.stderr
     row = json.loads(worn.stdout)

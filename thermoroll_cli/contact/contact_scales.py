@@ -39,7 +39,8 @@ class ContactScales:
     span along y and `centre_x` of that along x, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa),
     `approach` (m) and `normal_force` (N). `ends` says whether the contact reaches the lower and the upper end of a profile,
     where its pressure has no upper bound; `limits` are these ends (m); `converged` says whether the coarse pressure has
-    converged, and `pressure_centre` is the y (m) of its centre."""
+    converged, and `pressure_centre` is the y (m) of its centre; `loads` has pairs of y (m) and load per width, in any unit, of
+    lines of rolling, without them it falls like a parabola."""
 
     semi_axis_x: float
     semi_axis_y: float
@@ -54,6 +55,7 @@ class ContactScales:
     converged: bool = True
     centre_x: float = 0.0
     pressure_centre: float = 0.0
+    loads: tuple[tuple[float, float], ...] = ()
 
     @classmethod
     def of_hertz(cls, hertz: HertzContact) -> ContactScales:
@@ -241,7 +243,8 @@ def _solve(
     centre = 0.0 if mirror else float(0.5 * (low + high))
     ends = bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])
     peak = peak_value(solution.pressure / cosine)
+    line = solution.pressure.sum(axis=0)
     scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak, solution.approach, solver.load(solution.pressure),
                            area, math.sqrt(area / math.pi), centre, ends, limits, solution.converged, float(centre_x),
-                           0.0 if mirror else float(grid.y @ solution.pressure.sum(axis=0) / solution.pressure.sum()))
+                           0.0 if mirror else float(grid.y @ line / line.sum()), tuple(zip(grid.y, line, strict=True)))
     return _Found(scales, grid, solution.pressure)

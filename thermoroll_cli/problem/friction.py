@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
 
 LawName = Literal["exponential", "rational", "linear", "table"]
 Shape = Callable[[Array], Array]
+IntArray = NDArray[np.intp]
 
 LAWS: dict[str, tuple[Shape, Shape]] = {
     "exponential": (lambda s: np.exp2(-s), lambda s: -math.log(2.0) * np.exp2(-s)),
@@ -143,17 +145,23 @@ class Friction:
         """The share of the coefficient at the places `y` (m) across rolling."""
         return np.interp(y, *np.array(self.across).T) if self.across else 1.0
 
-    def mean_share(self, y: Array, width: float) -> Array | float:
-        """The mean share over strips of the `width` (m) about the places `y` (m): a grid counts also what lies between its
-        points."""
-        if not self.across:
-            return 1.0
-        places, shares = np.array(self.across).T
+    def mean_of(self, integrand: Callable[[Array, IntArray, Array], Array], y: Array, width: float) -> Array:
+        """Means (n,) over strips of the `width` (m) about the places `y` (n,), next to each other, of `integrand`(share, number
+        of the strip, distance from its middle over the width): a grid counts also what lies between its points."""
+        places, shares = np.array(self.across or ((0.0, 1.0),)).T
         ends = y[:, None] + 0.5 * width * np.array([-1.0, 1.0])
         nodes = np.union1d(places, ends)
-        values = np.interp(nodes, places, shares)
-        integral = np.append(0.0, np.cumsum(0.5 * np.diff(nodes) * (values[1:] + values[:-1])))
+        # Shares are linear between the nodes: two places of Gauss's rule are exact for them and their moments.
+        half = 0.5 * np.diff(nodes)
+        at = nodes[:-1] + half + half * np.array([[-1.0], [1.0]]) / math.sqrt(3.0)
+        strip = np.clip(np.rint((at - y[0]) / width), 0, len(y) - 1).astype(np.intp)
+        values = integrand(np.interp(at, places, shares), strip, (at - y[strip]) / width)
+        integral = np.append(0.0, np.cumsum((half * values).sum(axis=0)))
         return np.asarray(np.diff(np.interp(ends, nodes, integral))[:, 0] / width)
+
+    def mean_share(self, y: Array, width: float) -> Array:
+        """The mean share over strips of the `width` (m) about the places `y` (m)."""
+        return self.mean_of(lambda share, strip, offset: share, y, width)
 
     @property
     def symmetric(self) -> bool:

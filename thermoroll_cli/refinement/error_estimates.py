@@ -26,7 +26,9 @@ from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, Condition, K
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
+from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.refinement.sharp_places import uneven_friction
 from thermoroll_cli.refinement.subsurface_plan import few_depths
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.scalars import problem_scalars
@@ -155,9 +157,9 @@ def estimates(grid: Resolution, without: Collection[str] = ()) -> dict[str, floa
             errors[name] = 0.0 if grid.knows(scalar) else grid.error_of(scalar)
     summary = grid.summary
     if (mean := summary["friction_mean"]) > 0.0:  # nan without friction
-        # Elements that wrongly stick or slip have the coefficient at rest in place of the mean, or the reverse.
+        # Elements that wrongly stick or slip have the coefficient at rest, of any place, in place of the mean, or the reverse.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / grid.elements)
-        lost = abs(problem.friction.at_rest - mean)
+        lost = max(abs(problem.friction.at_rest * share - mean) for _, share in problem.friction.across or ((0.0, 1.0),))
         errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
     if grid.derived.relaxing is not None and grid.derived.coatings is not None:
         for name in LOST_IN_LAYERS:
@@ -168,19 +170,27 @@ def estimates(grid: Resolution, without: Collection[str] = ()) -> dict[str, floa
 @dataclass(frozen=True)
 class Resolution:
     """What a grid with so many `elements` over 1.1 diameters of the contact does not see, from the scalars on it and on coarser
-    ones (`levels`, coarse to fine, each side doubled)."""
+    ones (`levels`, coarse to fine, each side doubled); and what it misses where friction changes within elements (`uneven`,
+    from `uneven_friction`)."""
 
     levels: Levels
     derived: DerivedQuantities
     elements: float
     plan: Plan
+    uneven: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, last: Level, levels: Levels, derived: DerivedQuantities, plan: Plan) -> Resolution:
+        """That of the `last` level, with the scalars of `levels`."""
+        return cls(levels, derived, last.elements_across, plan, uneven_friction(last.here, last.contact))
 
     def error_of(self, scalar: Scalar) -> float:
         """Estimated error of a scalar over its `error_scale`."""
         rubbed = self.rubbed if scalar.scale == "temperature" else 1.0
         carried = self.carried if scalar.kind == "resultant" else 1.0
         error = estimate([level.get(scalar.name, math.nan) for level in self.levels], error_scale(scalar.name, self.summary),
-                         order=self.order(scalar.kind), unresolved=carried * self.unresolved(scalar.kind) * rubbed,
+                         order=self.order(scalar.kind),
+                         unresolved=carried * self.unresolved(scalar.kind) * rubbed + self.of_steps(scalar.kind),
                          floor=carried * (FLOOR + sum(self.plan.left_out.values())),
                          safety=SAFETY_EXTRAPOLATED if scalar.name in EXTRAPOLATED else SAFETY)
         # Heat of zones narrower than an element is spread over elements.
@@ -235,6 +245,19 @@ class Resolution:
                 # Measured from the border of the contact, which is known to an element.
                 return 1.0 / self.elements
         return 0.0
+
+    def of_steps(self, kind: Kind) -> float:
+        """R by friction that changes within elements. A creepage that is found is in error by that of the force over the slope
+        of Johnson's creep curve of a circle, dF/d ln ξ = 3 μW (1 − √γ_st) γ_st; so is its heat."""
+        of_force, of_area = self.uneven
+        if kind == "stick":
+            return of_area
+        if kind == "resultant" or not of_force:
+            return of_force
+        if kind not in ("integral", "exchanged heat", "creepage", "worn"):
+            return 0.0
+        slope = 3.0 * (1.0 - math.sqrt(self.sticking)) * self.sticking
+        return of_force / max(slope if self.derived.problem.prescribed_force else self.carried, 1.0 / self.elements)
 
     def at_surface(self, of_traction: bool) -> tuple[float, float]:
         """q and R of a stress that is largest at the surface, R over the largest pressure; of one that is the traction there,

@@ -35,7 +35,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     derived = replace(plan.derived, problem=problem)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
     sharp = sharp_places(last.here, last.contact)
-    resolution = Resolution(by_level, derived, last.elements_across, plan)
+    resolution = Resolution.of(last, by_level, derived, plan)
     errors = estimates(resolution, {*sharp.unbounded, *sharp.unresolved})
     reasons = failures(isothermal, None if hot is cold else last)
     warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp.warnings]

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.numerics.grid import patches_across
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.friction import Friction
@@ -28,6 +28,11 @@ PEAKS = of_kind("peak", "peak flux", "peak pressure", "relative peak pressure")
 RUBBED, STEP = of_kind("peak", "peak flux"), 0.1
 """Scalars that a step of friction decides, and its size over the largest friction of the contact from which it does: tractions
 next to it depend on where in its element it lies, and those of a narrow stripe are averaged over the element."""
+PRESSED = of_kind("peak pressure", "relative peak pressure")
+WARMED = tuple(name for name in of_kind("diffused") if "_max_" in name)
+"""What it decides besides if bodies are unlike enough, or if no element has the largest friction."""
+TURNED = 1e-3
+"""The same as `GROWTH` for a step of friction, of which the grids do not show how the pressure grows."""
 GROWTH = 0.01
 """Growth of the largest pressure per doubling of the grid, relative, from which a kink counts as unbounded; below it the
 difference of the grids contains it. With 0 every point of a profile that is joined by straight lines would count."""
@@ -54,8 +59,7 @@ def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlace
     derived, grid, normal = discretisation.derived, discretisation.grid, contact.normal
     geometry, ends = derived.problem.geometry, derived.scales.reaches_an_end
     line = normal.pressure.max(axis=0)
-    steps = tuple(_steps(derived.problem.friction, discretisation, line))
-    rubbed = RUBBED if steps else ()
+    rubbed, steps = _steps(discretisation, contact, line)
     if geometry.elliptic:
         return SharpPlaces((), rubbed, steps)
     unit = derived.problem.contact_modulus * math.log(2.0) / (2.0 * math.pi * normal.peak)
@@ -73,21 +77,81 @@ def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlace
     return SharpPlaces(PEAKS if kinks or ends else (), (*(PEAKS if peaks else ()), *rubbed), (*kinks, *peaks, *steps))
 
 
-def _steps(friction: Friction, discretisation: Discretisation, line: Array) -> Iterator[str]:
-    if not friction.across or not line.any():
-        return
-    y = discretisation.grid.y[line > 0.0]
+def _changes(friction: Friction, discretisation: Discretisation, loaded: Mask) -> tuple[Array, float]:
+    """By how much friction changes within each of the `loaded` columns, on its way up and down, over its largest value in
+    them, and that value over the coefficient."""
+    y, dy = discretisation.grid.y[loaded], discretisation.grid.dy
     places, shares = np.array(friction.across).T
     changed = np.append(0.0, np.cumsum(np.abs(np.diff(shares))))
-    ends = y[:, None] + 0.5 * discretisation.grid.dy * np.array([-1.0, 1.0])
-    changes = np.diff(np.interp(ends, places, changed))[:, 0]
-    inside = shares[(places > ends[0, 0]) & (places < ends[-1, 1])]
-    largest = float(np.append(np.interp(ends, places, shares), inside).max())
-    worst = int(changes.argmax())
-    if changes[worst] > STEP * largest:
-        yield (f"friction changes by {100.0 * changes[worst] / largest:.0f} % of its largest value within an element, at y = "
-               f"{1e3 * y[worst]:.4g} mm: the largest shear traction and heat flux have no error estimate; set a larger "
-               "numerics.grid, or let it change over the width of several elements")
+    ends = y[:, None] + 0.5 * dy * np.array([-1.0, 1.0])
+    largest = float(np.interp(_nodes(places, y, dy), places, shares).max())
+    return np.diff(np.interp(ends, places, changed))[:, 0] / (largest or 1.0), largest
+
+
+def _nodes(places: Array, y: Array, dy: float) -> Array:
+    """Ends of the columns at `y` (m) and those of `places` between them."""
+    ends = np.append(y - 0.5 * dy, y[-1] + 0.5 * dy)
+    return np.append(ends, places[(places > ends[0]) & (places < ends[-1])])
+
+
+def _steps(discretisation: Discretisation, contact: Contact, line: Array) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Scalars that friction decides within single elements, and the warning that says where; nothing where it changes over
+    several. Where no element has the largest μp, none has the largest temperature. Tractions across that jump by Δ turn the
+    surfaces of unlike bodies by 2βΔ/E*, as a kink does; heat that jumps makes them expand in a step as wide as heat is deep."""
+    derived, loaded = discretisation.derived, np.asarray(line > 0.0)
+    friction, expansion = derived.problem.friction, contact.expansion
+    if not friction.across or not loaded.any():
+        return (), ()
+    (changes, most), y = _changes(friction, discretisation, loaded), discretisation.grid.y[loaded]
+    if changes.max() <= STEP:
+        return (), ()
+    places, shares = np.array(friction.across).T
+    nodes = _nodes(places, y, discretisation.grid.dy)
+    largest = float((np.interp(nodes, y, line[loaded]) * np.interp(nodes, places, shares)).max())
+    hidden = float((line[loaded] * friction.mean_share(y, discretisation.grid.dy)).max()) < (1.0 - STEP) * largest
+    turn = abs(derived.dundurs_beta) * friction.coefficient * most * changes.max() * math.log(2.0) / math.pi
+    bulge = 0.0 if expansion is None else float(np.ptp(expansion[contact.normal.contact]))
+    pressed = turn > TURNED or bulge > GROWTH * derived.scales.approach
+    names = (*RUBBED, *(PRESSED if pressed else ()), *(WARMED if hidden else ()))
+    what = ["the largest shear traction and heat flux", *(["the largest pressure"] if pressed else []),
+            *(["the largest temperatures and worn depths"] if hidden else [])]
+    return names, (f"friction changes by {100.0 * changes.max():.0f} % of its largest value within an element, at y = "
+                   f"{1e3 * y[changes.argmax()]:.4g} mm: {', '.join(what)} have no error estimate; set a larger "
+                   "numerics.grid, or let it change over the width of several elements",)
+
+
+def uneven_friction(discretisation: Discretisation, contact: Contact) -> tuple[float, float]:
+    """Errors by friction that changes within an element, which has its mean: of forces over μW, and of the area that sticks
+    over that of the contact.
+
+    Where all slides the mean is right. Tractions that differ from it by δμ p, over the width of an element, change the slip as
+    far as this around them. They move the end of stick about as far, and there the tractions are in error: by the mean of δμ
+    above it, half of its mean amount, times the pressure there and the square of the width. Elements that stick with more than
+    the least friction in them carries are in error by up to as much, in proportion. All are by a pressure that is not even in
+    them: (η² − 1/12)/2 of its second difference at the distance η from the middle over the width."""
+    friction, grid, normal = discretisation.derived.problem.friction, discretisation.grid, contact.normal
+    loaded = np.asarray(normal.contact.any(axis=0))
+    if not friction.across or not loaded.any():
+        return 0.0, 0.0
+    mean = friction.mean_share(grid.y, grid.dy)
+    off = 0.5 * friction.mean_of(lambda share, strip, offset: np.abs(share - mean[strip]), grid.y, grid.dy)
+    off[loaded] *= _changes(friction, discretisation, loaded)[0] > STEP
+    if not off.any():
+        return 0.0, 0.0
+    # Where stick ends along a line of rolling, there or beside it.
+    stick, pressure = contact.tangential.stick & normal.contact, normal.pressure
+    ends = (stick[1:] ^ stick[:-1]) & normal.contact[1:] & normal.contact[:-1]
+    there = np.pad((ends, ends * np.minimum(pressure[1:], pressure[:-1])), ((0, 0), (0, 0), (1, 1))).sum(axis=1)
+    count, at_ends = np.maximum.reduce([there[:, :-2], there[:, 1:-1], there[:, 2:]])
+    carried = np.hypot(*contact.tangential.traction) / friction.coefficient * stick
+    least = np.minimum(friction.share(grid.y - 0.5 * grid.dy), friction.share(grid.y + 0.5 * grid.dy))
+    above = np.maximum(carried - least * pressure * stick, 0.0).sum(axis=0)
+    bent = np.abs(np.diff(pressure.sum(axis=0), 2, prepend=0.0, append=0.0)) / 6.0
+    part = off / np.maximum(mean - least, np.maximum(off, 1e-300))
+    lost = (off * (at_ends * grid.dy + bent * grid.dx) + part * above * grid.dx) * grid.dy
+    moved = off / np.maximum(mean, 1e-300) * count * grid.dy**2
+    return (float(lost.sum() / (pressure.sum() * grid.element_area)),
+            float(moved.sum() / (normal.covered.sum() * grid.element_area)))
 
 
 def _narrow(

@@ -105,7 +105,7 @@ class Solver:
                 break
             scalars, problem = scalars_by_level(hot), plan.derived.problem
             if problem.numerics.accuracy is not None and shape != plan.grid and len(scalars) >= 3:
-                errors = estimates(Resolution(scalars, plan.derived, hot[-1].elements_across, plan))
+                errors = estimates(Resolution.of(hot[-1], scalars, plan.derived, plan))
                 if not missed_accuracy(errors, scalars[-1], problem):
                     break
         return cold, hot

@@ -87,7 +87,7 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     # The last level is reported, the others are for its estimates.
     grids = [_collect(level, request, depths, sizes, thermal=bool(hot), last=level is levels[-1]) for level in levels]
     scalars, error = dict[str, float](), dict[str, float]()
-    resolution = Resolution(scalars_by_level(levels), derived, levels[-1].elements_across, plan)
+    resolution = Resolution.of(levels[-1], scalars_by_level(levels), derived, plan)
     for body, collector in grids[-1].items():
         own = collector.scalars()
         uncertain = stress_estimates([grid[body] for grid in grids], summary, resolution)

@@ -155,17 +155,20 @@ def pressed_to(problem: Problem, approach: float) -> Problem:
 
 
 def rubbed(problem: Problem, points: Sequence[tuple[float, float]]) -> Problem:
-    """`problem` with shares of its friction at `points` (y in m, share) across rolling; the scale is their mean over a pressure
-    that loads the lines of rolling like a parabola over the whole contact."""
+    """`problem` with shares of its friction at `points` (y in m, share) across rolling; the scale is their mean over an
+    estimate of the pressure."""
     y, shares = np.array(points).T
     if np.ptp(shares) == 0.0:
         return replace(problem, friction=problem.friction.spread(y, shares, 1.0))
     scales = DerivedQuantities(problem).scales
-    # Shares are linear between the points, so that two places of Gauss's rule on each piece are exact.
-    pieces = np.unique(np.clip(np.append((y - scales.centre) / scales.semi_axis_y, (-1.0, 1.0)), -1.0, 1.0))
+    low, high = scales.centre - scales.semi_axis_y, scales.centre + scales.semi_axis_y
+    places, loads = np.array(scales.loads).T if scales.loads else (np.empty(0), np.empty(0))
+    # Shares and loads are linear between these places, so that two places of Gauss's rule on each piece are exact.
+    pieces = np.unique(np.clip(np.concatenate((y, places, (low, high))), low, high))
     middle, half = 0.5 * (pieces[1:] + pieces[:-1]), 0.5 * np.diff(pieces)
-    t, weights = np.concatenate((middle - half / math.sqrt(3.0), middle + half / math.sqrt(3.0))), np.tile(half, 2)
-    mean = np.average(np.interp(scales.centre + scales.semi_axis_y * t, y, shares), weights=weights * (1.0 - t**2))
+    at, widths = np.concatenate((middle - half / math.sqrt(3.0), middle + half / math.sqrt(3.0))), np.tile(half, 2)
+    line = np.interp(at, places, loads) if scales.loads else 1.0 - ((at - scales.centre) / scales.semi_axis_y) ** 2
+    mean = np.average(np.interp(at, y, shares), weights=widths * line)
     return replace(problem, friction=problem.friction.spread(y, shares, float(mean)))
 
 

@@ -12,6 +12,7 @@ from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
+from thermoroll_cli.steady_state.traction import coulomb_bound
 
 DIVISION = 0.3
 """Tolerance of the division of heat over that of the tractions that make it."""
@@ -93,5 +94,5 @@ def transmissible_force(discretisation: Discretisation, friction: Array, pressur
     """Largest tangential force in N: ∫ μp, with the largest factor of a law of slip that rises."""
     law = discretisation.derived.problem.friction.law
     highest = 1.0 if law is None else law.highest
-    share = discretisation.derived.problem.friction.mean_share(discretisation.grid.y, discretisation.grid.dy)
-    return highest * float((friction * share * pressure).sum()) * discretisation.grid.element_area
+    bound = coulomb_bound(discretisation.derived.problem, pressure, friction, discretisation.grid)
+    return highest * float(bound.sum()) * discretisation.grid.element_area

@@ -134,8 +134,7 @@ class TractionSolver:
         before = solver.gradient.applications
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
         has_shape = self.options.leading_known and not derived.dissimilar and solver.gradient.rolls
-        share = problem.friction.mean_share(self.grid.y, self.grid.dy)
-        bound = _bound(problem, normal, friction, share)
+        bound = _bound(problem, normal, friction, self.grid)
         if undisturbed:
             check_yield(problem, float(bound.sum()) * self.grid.element_area, BEYOND_YIELD)
         cell = TangentialProblem(
@@ -165,6 +164,7 @@ class TractionSolver:
         if problem.interlayer.yield_stress is not None or problem.friction.law is not None or problem.friction.across:
             cell = replace(cell, traction_bound=solution.bound)
             reached = window.scalar(solution.bound)
+            share = problem.friction.mean_share(self.grid.y, self.grid.dy)
             local = np.full(self.grid.shape, problem.friction.coefficient * share)
             np.divide(reached, normal.pressure, out=local, where=normal.pressure > 0.0)
         heat, slope = heat_of_slip(solution, cell, rigid_inner, solver.gradient.near_border, self.grid.dx, self.grid.dy)
@@ -299,10 +299,21 @@ class TractionSolver:
                                self.options.difference_weights)
 
 
-def _bound(problem: Problem, normal: Pressure, friction: Array | None, share: Array | float) -> Array:
-    """Largest traction in Pa, (nx, ny), with the columns' `share` of friction: Coulomb's, or the yield stress of the
-    interlayer where that is less."""
-    bound = (problem.friction.coefficient if friction is None else friction) * normal.pressure * share
+def coulomb_bound(problem: Problem, pressure: Array, friction: Array | None, grid: Grid) -> Array:
+    """Mean of μp in each element in Pa, (nx, ny), with the local coefficient `friction` (None: the problem's) where places
+    share it alike. Where shares change within an element they count with the pressure, which changes evenly there, too."""
+    whole = (problem.friction.coefficient if friction is None else friction) * pressure
+    if not problem.friction.across:
+        return whole
+    around = np.pad(whole, ((0, 0), (1, 1)))
+    change = np.clip(0.5 * (around[:, 2:] - around[:, :-2]), -2.0 * whole, 2.0 * whole)
+    moment = problem.friction.mean_of(lambda share, strip, offset: share * offset, grid.y, grid.dy)
+    return whole * problem.friction.mean_share(grid.y, grid.dy) + change * moment
+
+
+def _bound(problem: Problem, normal: Pressure, friction: Array | None, grid: Grid) -> Array:
+    """Largest traction in Pa, (nx, ny): Coulomb's, or the yield stress of the interlayer where that is less."""
+    bound = coulomb_bound(problem, normal.pressure, friction, grid)
     most = problem.interlayer.yield_stress
     return bound if most is None else _capped(most, bound, normal.covered)
 
