@@ -288,7 +288,11 @@ class Interpolant:
         """`QUANTITIES` (4, n) at X ≥ 0, Y ≥ 0, Z of `scaled` (3, n), for ratios a/b (n,) or one for all (1,)."""
         place = (coordinates(*scaled).T + np.array([0.0, 0.0, 1.0])) * self._steps
         if self._along_ratio is None or len(aspect_ratio) == 1:
-            out = self._of_ratio(float(aspect_ratio[0]))(place).T
+            # The spline of one ratio a/b; the one asked for last is kept.
+            if self._along_ratio is not None and (self._single is None or self._single[0] != aspect_ratio[0]):
+                self._single = float(aspect_ratio[0]), NdBSpline(self._knots, self._along_ratio(np.log(aspect_ratio[0])), 3)
+            assert self._single is not None
+            out = self._single[1](place).T
         else:
             spline = self._along_ratio
             whole = NdBSpline((spline.t, *self._knots), spline.c, (spline.k, 3, 3, 3))
@@ -302,13 +306,6 @@ class Interpolant:
         out[:2] *= wanted / np.where(size > 0.0, size, 1.0)
         np.clip(out[3], 0.0, 1.0, out=out[3])
         return np.asarray(out[:4])
-
-    def _of_ratio(self, aspect_ratio: float) -> NdBSpline:
-        """The spline of one ratio a/b; the one asked for last is kept."""
-        if self._along_ratio is not None and (self._single is None or self._single[0] != aspect_ratio):
-            self._single = aspect_ratio, NdBSpline(self._knots, self._along_ratio(np.log(aspect_ratio)), 3)
-        assert self._single is not None
-        return self._single[1]
 
     def scales_of(self, aspect_ratio: Array) -> Array:
         """X/ξ', Y/η', Z/φ' as (3, n) for many ratios a/b within the table, to 1e-4 between fine nodes."""

@@ -127,8 +127,15 @@ def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
     if ending in _READERS:
         reading = replace(_READERS[ending](lines, name), wheel=ending in (".prw", ".whl"))
     else:
-        points = _columns(lines, name)
-        reading = Reading(_in_increasing_order(points, name) if ordered else list(points.values()), COLUMNS)
+        found = _columns(lines, name)
+        places, points = list(found), list(found.values())
+        if ordered and points and points[0][0] > points[-1][0]:  # whichever end the file begins with
+            places.reverse()
+            points.reverse()
+        for k, number in enumerate(places if ordered else ()):
+            if fault := point_fault(points, k):
+                raise TableError(f"{name}, line {number}: {fault}")
+        reading = Reading(points, COLUMNS)
     return replace(reading, file=name, in_file=len(reading.content))
 
 
@@ -218,18 +225,6 @@ def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
     return points
 
 
-def _in_increasing_order(points: dict[int, list[float]], name: str) -> Points:
-    """Points by the number of their line, y increasing, whichever end the file begins with."""
-    places, ordered = list(points), list(points.values())
-    if ordered and ordered[0][0] > ordered[-1][0]:
-        places.reverse()
-        ordered.reverse()
-    for k, number in enumerate(places):
-        if fault := point_fault(ordered, k):
-            raise TableError(f"{name}, line {number}: {fault}")
-    return ordered
-
-
 def _entries(text: str) -> list[str]:
     if '"' in text or "'" in text:
         return [next((part for part in parts if part), "") for parts in _QUOTED.findall(text)]
@@ -287,7 +282,9 @@ def _miniprof(lines: list[str], name: str) -> Reading:
     ColumnDef says (X and Y of X,Y,A,C,…). Of wheels Y points out of the wheel."""
     keys: dict[str, str] = {}
     points: Points = []
-    ended, header = 0, _header(lines)
+    # An empty line may end the header, in which may be rows of numbers.
+    header = next((number for number, line in enumerate(lines) if number and not line.strip()), 0)
+    ended, header = 0, header if any(line.strip() for line in lines[header + 1 :]) else 0
     for number, line in enumerate(lines, 1):
         text = line.strip().strip('"')
         key, equals, value = (part.strip() for part in text.partition("="))
@@ -318,12 +315,6 @@ def _is_row(text: str, *, alone: bool) -> bool:
     """Whether a line begins with two numbers; behind them may stand a remark, unless numbers stand `alone`."""
     entries = [_number(entry) for entry in _entries(text)] if text else []
     return len(entries) > 1 and None not in (entries if alone else entries[:2])
-
-
-def _header(lines: Sequence[str]) -> int:
-    """Number of the empty line that ends the header of a MiniProf file, in which may be rows of numbers; 0 if none does."""
-    end = next((number for number, line in enumerate(lines) if number and not line.strip()), 0)
-    return end if end + 1 < len(lines) and any(line.strip() for line in lines[end + 1 :]) else 0
 
 
 _READERS: dict[str, Callable[[list[str], str], Reading]] = {

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement.expected_heat import deformation_effect, even_share
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -241,7 +241,11 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
         # ∬ min(μp, τ_c) below Hertz's pressure; other pressures are known only when they are solved (`checks`).
         share = min(1.0, problem.interlayer.yield_stress / (problem.friction.coefficient * derived.scales.peak_pressure))
         check_yield(problem, 0.5 * (3.0 * share - share**3) * problem.traction_limit)
-    return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
+    if problem.subsurface is None:
+        return plan
+    run, left_out, facts, memory, seconds = subsurface_plan(problem.subsurface, derived, plan.grid, heated=plan.runs("heat"))
+    return replace(plan, run=plan.run + run, skipped=plan.skipped | left_out, facts=plan.facts | facts,
+                   memory_bytes=plan.memory_bytes + memory, seconds=plan.seconds + seconds)
 
 
 def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[str, float]:
@@ -252,13 +256,6 @@ def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[st
     elif heating.deformation and skipped.get("thermal crown"):
         bounds["thermal crown"] = crown_bound(derived)
     return {stage: bound for stage, bound in bounds.items() if bound > 0.0}
-
-
-def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQuantities) -> Plan:
-    """`plan` with the stage below the surface."""
-    run, skipped, facts, memory, seconds = subsurface_plan(request, derived, plan.grid, heated=plan.runs("heat"))
-    return replace(plan, run=plan.run + run, skipped=plan.skipped | skipped, facts=plan.facts | facts,
-                   memory_bytes=plan.memory_bytes + memory, seconds=plan.seconds + seconds)
 
 
 def _facts(derived: DerivedQuantities) -> dict[str, float]:

@@ -79,7 +79,9 @@ class PressureSolver:
             # Hertz's pressure is even in x and y: one quadrant is averaged, the others are its mirror images.
             x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
             quadrants = element_averages(hertz, x_edges * grid.dx, y_edges * grid.dy)
-            pressure, covered = (_four_quadrants(q, grid.shape) for q in quadrants)
+            # The middle elements belong to it where their number is odd.
+            halves = (np.concatenate([part[grid.nx % 2 :][::-1], part]) for part in quadrants)
+            pressure, covered = (np.concatenate([half[:, grid.ny % 2 :][:, ::-1], half], axis=1) for half in halves)
         else:
             pressure, covered = element_averages(hertz, *(
                 centre[0] + (np.arange(n + 1) - 0.5) * size
@@ -158,10 +160,3 @@ class PressureSolver:
 def _outermost(pressure: Array) -> float:
     """Largest pressure in the outermost elements."""
     return float(max(side.max() for side in (pressure[0], pressure[-1], pressure[:, 0], pressure[:, -1])))
-
-
-def _four_quadrants(quadrant: Array, shape: tuple[int, int]) -> Array:
-    """A field even in x and y on the whole grid; the quadrant holds the middle elements where their number is odd."""
-    nx, ny = shape
-    half = np.concatenate([quadrant[nx % 2 :][::-1], quadrant])
-    return np.concatenate([half[:, ny % 2 :][:, ::-1], half], axis=1)

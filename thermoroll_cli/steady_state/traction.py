@@ -13,7 +13,7 @@ from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz import shear_gradients
 from thermoroll_cli.halfspace.coatings import Coatings
-from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table
+from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.halfspace.relaxing import Relaxing
 from thermoroll_cli.numerics.convolution import Convolution, Parities, half_plane_symbol, multiply, unfolded
 from thermoroll_cli.numerics.grid import Grid
@@ -242,7 +242,10 @@ class TractionSolver:
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """`leading` computed anew, for one application: under Hertz's pressure from the closed form, else from the gap."""
         grid, compliance = self.grid, derived.shear_compliance.near_border(self.grid.dx, self.grid.dy)
-        gradient = self._half_space_gradient(window, compliance).of_shape(window.cut(normal.pressure))
+        # Of the half-spaces that stand for the bodies at the border; for elastic half-spaces the solver's own.
+        operator = self._solvers[window.mirror].gradient if self._differs is None else RollingGradient(
+            window.shape, grid.dx, grid.dy, compliance, self._threads, window.mirror, self.options.difference_weights)
+        gradient = operator.of_shape(window.cut(normal.pressure))
         both = window.both_sides
         if window.mirror is not None:
             gradient = np.stack([unfolded(field, parity) for field, parity in zip(gradient, (1, 1, -1), strict=True)])
@@ -290,13 +293,6 @@ class TractionSolver:
             memory = half_plane_symbol(self._relaxing.normal_table(*place), (convolution.px, convolution.py))
             kernel = kernel[:, ::2] + memory
         return convolution, kernel
-
-    def _half_space_gradient(self, window: Window, compliance: ShearCompliance) -> RollingGradient:
-        """The operator of the half-spaces that stand for the bodies at the border; for elastic half-spaces the solver's own."""
-        if self._differs is None:
-            return self._solvers[window.mirror].gradient
-        return RollingGradient(window.shape, self.grid.dx, self.grid.dy, compliance, self._threads, window.mirror,
-                               self.options.difference_weights)
 
 
 def coulomb_bound(problem: Problem, pressure: Array, friction: Array | None, grid: Grid) -> Array:

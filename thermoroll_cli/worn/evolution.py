@@ -106,7 +106,15 @@ def evolution(problem: Problem, start: ContactState | None = None, *, threads: i
         worn, state = _followed(problem, state)
         return _solved(problem, state, solver.solve(worn))
 
-    return steps_of(wear, start or _unworn(problem, solver), solved, lambda state: _columns(problem, wear, state))
+    if start is None:
+        grid = problem.numerics.grid
+        if grid is None:
+            result = solver.solve(problem)
+            grid = len(result.x), len(result.y)
+        rows = FixedRows.over(*_across(problem), planar(problem).limits, grid[1])
+        start = ContactState.unworn(dict.fromkeys(BODIES, rows.count), dict.fromkeys(BODIES, rows.size), rows=rows, domain=rows,
+                                    grid=grid)
+    return steps_of(wear, start, solved, lambda state: _columns(problem, wear, state))
 
 
 def _solved(problem: Problem, state: ContactState, result: Result) -> ContactState:
@@ -119,7 +127,11 @@ def _solved(problem: Problem, state: ContactState, result: Result) -> ContactSta
         body: state.rows.averages(edges, worn_per_passage(result.problem, worn, result.coupled.fields, dx) / worn.track_length)
         for body, worn in wear.bodies.items()}
     known = {str(body): rate_errors(result, body) if rates[body].any() else (0.0, 0.0) for body in BODIES}
-    state = replace(state, result=result, rates=rates, rate_errors=known, columns=_of_result(result))
+    load = line_load(result)[None]
+    largest = float(between_sides(load, load, (True, True)).max())  # as the largest pressure
+    state = replace(state, result=result, rates=rates, rate_errors=known, columns={
+        "half_width_mm": (1e3 * half_width(result), None), "line_load_max_N_mm": (1e-3 * largest, None),
+        **{name: (result[name], result.uncertainty[name]) for name in OF_RESULT if name in result.scalars}})
     if not result.converged:
         return replace(state, reason=f"step {state.steps} did not converge: {result.reason}")
     if worn_apart(problem, state) and not reached(wear, state):
@@ -132,16 +144,6 @@ def rate_errors(result: Result, body: BodyName) -> tuple[float, float]:
     """Relative errors of the largest depth and of the cross-section that one passage wears off a body; nan if unknown."""
     depth, area = f"wear_depth_max_{body}_nm", f"wear_area_{body}_um2"
     return result.uncertainty[depth] / result[depth], result.uncertainty[area] / result[area]
-
-
-def _unworn(problem: Problem, solver: Solver) -> ContactState:
-    grid = problem.numerics.grid
-    if grid is None:
-        result = solver.solve(problem)
-        grid = len(result.x), len(result.y)
-    rows = FixedRows.over(*_across(problem), planar(problem).limits, grid[1])
-    return ContactState.unworn(dict.fromkeys(BODIES, rows.count), dict.fromkeys(BODIES, rows.size), rows=rows, domain=rows,
-                               grid=grid)
 
 
 def _across(problem: Problem) -> tuple[float, float]:
@@ -199,11 +201,3 @@ def _columns(problem: Problem, wear: Wear, state: ContactState) -> Columns:
         density = (problem.lower if body == "lower" else problem.upper).density or wear.density
         found |= state.wear_columns(body, density, worn.track_length)
     return found
-
-
-def _of_result(result: Result) -> Columns:
-    """Columns of the result of a step."""
-    load, uncertainty = line_load(result)[None], result.uncertainty
-    largest = float(between_sides(load, load, (True, True)).max())  # as the largest pressure
-    return {"half_width_mm": (1e3 * half_width(result), None), "line_load_max_N_mm": (1e-3 * largest, None),
-            **{name: (result[name], uncertainty[name]) for name in OF_RESULT if name in result.scalars}}

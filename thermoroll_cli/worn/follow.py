@@ -107,7 +107,11 @@ def wear(
         with contextlib.ExitStack() as stack:
             place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
             place.mkdir(parents=True, exist_ok=True)
-            journal = stack.enter_context(Journal(place / f"{case.name}_wear.jsonl", _identity(case), resume=resume))
+            # Worn outlines of a wheelset lie on rows of their own, so that any grid goes on with them.
+            content = json.loads(case.to_json())
+            content = {key: value for key, value in content.items() if not (positions and key == "numerics")}
+            journal = stack.enter_context(Journal(place / f"{case.name}_wear.jsonl",
+                                                  {"kind": "wear", "layout": LAYOUT, "case": content}, resume=resume))
             state: WearState | None = None
             for state in _states(task, positions, journal, Workers(jobs), threads):
                 safe_point()
@@ -134,15 +138,6 @@ def asked_of(task: Problem | WheelsetProblem) -> Wear:
         raise Unsolvable("a rail has no circumference", "wear.lower",
                          "track_length_m, the distance between two passages of a wheel")
     return asked
-
-
-def _identity(case: Case) -> dict[str, Any]:
-    """The case that a journal belongs to. Worn outlines of a wheelset lie on rows of their own, so that any grid goes on with
-    them; the rows of a contact are those of its grid."""
-    content = json.loads(case.to_json())
-    if case.settings.wheelset is not None:
-        content.pop("numerics", None)
-    return {"kind": "wear", "layout": LAYOUT, "case": content}
 
 
 def _states(task: Problem | WheelsetProblem, positions: list[tuple[float, WheelsetProblem]], journal: Journal, workers: Workers,

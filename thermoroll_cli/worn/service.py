@@ -7,6 +7,7 @@ of a wheel. Every position is solved from nothing, so that neither their order n
 
 from __future__ import annotations
 
+import contextlib
 import math
 import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -220,19 +221,16 @@ def _solved(positions: list[tuple[float, WheelsetProblem]], state: WearState, ou
     lightest = min(1e6 * record["columns"]["pressure_max_MPa"][0] for record in records)
     stable = STABLE_SHARE * max(wear.smoothing, ROW) * lightest / problem.contact.contact_modulus
     fastest = max(float(rate.max()) for rate in rates.values())
-    return replace(state, rates=rates, rate_errors=errors, longest=min(wear.step, stable) / fastest if fastest else 0.0,
-                   columns={"elements": (max(record["elements"] for record in records), None)}
-                   | _of_results(weights, [record["columns"] for record in records]))
-
-
-def _of_results(weights: list[float], found: Sequence[Mapping[str, tuple[float, float]]]) -> Columns:
-    """Means of some scalars of the positions, and the largest of others, with their errors."""
-    columns: Columns = {}
+    # Means of some scalars of the positions, and the largest of others, with their errors.
+    found = [record["columns"] for record in records]
+    columns: Columns = {"elements": (max(record["elements"] for record in records), None)}
     for name in MEANS:
-        values, errors = zip(*(each[name] for each in found), strict=True)
-        columns[name] = math.fsum(map(operator.mul, weights, values)), float(passed_on(errors, weights))
-    return columns | {name: max((each[name] for each in found if name in each), key=lambda column: abs(column[0]))
-                      for name in LARGEST if any(name in each for each in found)}
+        values, unsure = zip(*(each[name] for each in found), strict=True)
+        columns[name] = math.fsum(map(operator.mul, weights, values)), float(passed_on(unsure, weights))
+    columns |= {name: max((each[name] for each in found if name in each), key=lambda column: abs(column[0]))
+                for name in LARGEST if any(name in each for each in found)}
+    return replace(state, rates=rates, rate_errors=errors, longest=min(wear.step, stable) / fastest if fastest else 0.0,
+                   columns=columns)
 
 
 def track_length(problem: WheelsetProblem, wear: Wear, name: str) -> float:
@@ -258,14 +256,8 @@ def _columns(problem: WheelsetProblem, wear: Wear, state: WearState, outlines: O
         sizes = flange(outline.worn, wheel.flange_back)
         columns |= {f"flange_{size}_{side}_mm": (1e3 * value, None)
                     for size, value in zip(("height", "thickness", "qR"), sizes, strict=True)}
-    return columns | {"conicity_3mm": (_conicity(worn_wheelset(problem, outlines)), None)}
-
-
-def _conicity(problem: WheelsetProblem) -> float:
-    """Equivalent conicity at 3 mm; nan for a single wheel and beyond the profiles."""
-    if len(problem.sides) < 2:
-        return math.nan
-    try:
-        return conicity_of(problem, np.array([NOMINAL])).conicity_at(NOMINAL)
-    except Unsolvable:
-        return math.nan
+    conicity = math.nan  # of a single wheel, and beyond the profiles
+    if len(problem.sides) == 2:
+        with contextlib.suppress(Unsolvable):
+            conicity = conicity_of(worn_wheelset(problem, outlines), np.array([NOMINAL])).conicity_at(NOMINAL)
+    return columns | {"conicity_3mm": (conicity, None)}

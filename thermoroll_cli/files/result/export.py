@@ -161,29 +161,27 @@ def export_stress_path(result_path: Path, out: Path, y: float, z: float) -> list
     """
     path = pathlib.Path(out)
     end = "_stress_path.csv" if path.name.endswith("_stress_path.csv") else path.suffix
-    return [_export_line(result_path, contact, path.with_name(f"{path.name.removesuffix(end)}{name}{end}"), y, z)
-            for name, contact in read_result(result_path).by_suffix.items()]
-
-
-def _export_line(result_path: Path, result: Result, out: pathlib.Path, y: float, z: float) -> pathlib.Path:
-    if not result.bodies:
-        raise ResultFileError(f"{result_path}: no stresses below the surface in it; the case has no table [subsurface]")
-    columns: dict[str, AnyArray] = {}
-    for body, stresses in result.bodies.items():
-        line = _line(result, stresses, y, z)
-        if line is None:
-            raise ResultFileError(f"{result_path}: stresses are kept on the plane y = {stresses.plane_y * 1e3:.4g} mm only; "
-                                  'solve the case with fields = "full" in [subsurface]')
-        # On the only plane that is kept its values stand for those of its row.
-        place = y if STRESSES[0] in stresses.fields else stresses.plane_y
-        x, outside = _outside(result, body, place, z, thermal="temperature_rise" in line)
-        order = np.argsort(x)
-        x, line = x[order], {name: np.append(values, outside[name])[order] for name, values in line.items()}
-        columns |= {"x_mm": x * 1e3, "time_s": (x - x[0]) / result.problem.motion.speed}
-        ordered = (SUBSURFACE_FIELDS[name] for name in dict.fromkeys((*STRESSES, *SUBSURFACE_FIELDS)) if name in line)
-        columns |= dict(_column(field, line[field.name], f"{body}_") for field in ordered)
-    _write_csv(out, columns)
-    return out
+    tables: dict[pathlib.Path, dict[str, AnyArray]] = {}
+    for name, result in read_result(result_path).by_suffix.items():
+        if not result.bodies:
+            raise ResultFileError(f"{result_path}: no stresses below the surface in it; the case has no table [subsurface]")
+        columns = tables[path.with_name(f"{path.name.removesuffix(end)}{name}{end}")] = {}
+        for body, stresses in result.bodies.items():
+            line = _line(result, stresses, y, z)
+            if line is None:
+                raise ResultFileError(f"{result_path}: stresses are kept on the plane y = {stresses.plane_y * 1e3:.4g} mm "
+                                      'only; solve the case with fields = "full" in [subsurface]')
+            # On the only plane that is kept its values stand for those of its row.
+            place = y if STRESSES[0] in stresses.fields else stresses.plane_y
+            x, outside = _outside(result, body, place, z, thermal="temperature_rise" in line)
+            order = np.argsort(x)
+            x, line = x[order], {name: np.append(values, outside[name])[order] for name, values in line.items()}
+            columns |= {"x_mm": x * 1e3, "time_s": (x - x[0]) / result.problem.motion.speed}
+            ordered = (SUBSURFACE_FIELDS[name] for name in dict.fromkeys((*STRESSES, *SUBSURFACE_FIELDS)) if name in line)
+            columns |= dict(_column(field, line[field.name], f"{body}_") for field in ordered)
+    for target, columns in tables.items():
+        _write_csv(target, columns)
+    return list(tables)
 
 
 def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping[str, AnyArray] | None:
