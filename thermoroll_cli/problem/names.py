@@ -18,8 +18,8 @@ Scale = Literal["value", "share", "stick area", "force", "moment", "temperature"
 """Scales of the errors and differences of scalars: see `error_scale`."""
 
 Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "first order", "area", "relative area",
-               "stick", "peak", "peak flux", "peak pressure", "relative peak pressure", "pressure", "diffused", "worn",
-               "expansion"]  # fmt: skip
+               "stick", "peak", "peak flux", "peak pressure", "relative peak pressure", "pressure", "diffused", "diffused mean",
+               "worn", "expansion"]  # fmt: skip
 """Kinds of scalars whose errors arise alike (`error_estimates`). `SCALARS` says which scalar is of which kind."""
 
 Condition = bool | Callable[[Problem], bool]
@@ -223,7 +223,7 @@ SCALARS = _named(
     *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, kind="diffused",
               accurate=True, diagram=r"max. rise $\Delta T$ (K)"),
     *_of_both("temperature_rise_mean_{}_K", "temperature rise, mean over the contact", "temperature",
-              kind="diffused", brief="mean temperature rise"),
+              kind="diffused mean", brief="mean temperature rise"),
     *_of_both("temperature_rise_centre_{}_K", "temperature rise at the centre of the contact", "temperature",
               kind="diffused", brief="temperature rise at the centre"),
     *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature", kind="diffused",

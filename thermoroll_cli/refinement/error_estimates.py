@@ -66,6 +66,7 @@ UNEVEN: dict[Kind, Condition] = {
     "peak pressure": _relaxes,
     "relative peak pressure": _relaxes,
     "exchanged heat": lambda problem: problem.heating.partition == "matched",
+    "diffused mean": lambda problem: problem.heating.conducts,
     "stick": _abrupt,
     "peak flux": _abrupt,
 }
@@ -233,6 +234,8 @@ class Resolution:
                 return self.narrow / min(1.0, max(self.slipping, 1.0 / self.elements)) + self.edge
             case "diffused":
                 return SPREAD * self.narrow
+            case "diffused mean":
+                return SPREAD * self.narrow + found
             case "resultant" if self.derived.kinematics.slip_varies:
                 # Slip turns around the place without rigid slip: what sticks there changes its direction, and has a border.
                 border = min(self.border, self.sticking)
