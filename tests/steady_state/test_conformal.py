@@ -16,6 +16,7 @@ from tests.support.profiles import points
 from tests.support.scenes import elastic, order, rolling, solved
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_errors import CaseError
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import Problem
@@ -44,6 +45,25 @@ def test_small_angles_are_those_of_a_plane():
     # The width of the contact grows like the third root of the load.
     assert order(1.0 / np.cbrt(loads), approach) == pytest.approx(2.0, abs=0.2)
     assert pressure[0] < 0.02 and order(1.0 / np.cbrt(loads[:2]), pressure[:2]) == pytest.approx(2.0, abs=0.4)
+
+
+def test_a_vertical_force_is_that_of_pressure_and_traction(tmp_path):
+    """Spin has a lateral traction on the inclined surface: a force of .1 % along z."""
+    case = Case.read(CASE).with_values({"numerics.grid": [24, 48]})
+    given = thermoroll_cli.solve(case)
+    found = thermoroll_cli.solve(case.with_values({"load.vertical_N": given["contact_force_z_N"]}))
+    assert given["contact_force_z_N"] - 1000.0 > 0.5 and math.isnan(given.uncertainty["normal_N"])
+    assert found["normal_N"] == pytest.approx(1000.0, rel=1e-5) and found.uncertainty["normal_N"] > 0.0
+    assert found["contact_force_z_N"] == pytest.approx(given["contact_force_z_N"], rel=1e-5)
+    assert found.uncertainty["contact_force_z_N"] < 0.02 < found.uncertainty["force_x_N"] - given.uncertainty["force_x_N"]
+    found.save(tmp_path / "found.h5")
+    assert read_result(tmp_path / "found.h5").problem == found.problem and found.problem.vertical == given["contact_force_z_N"]
+    with pytest.raises(CaseError, match=r"normal_N, or geometry\.conformal = true"):
+        case.with_values({"load.vertical_N": 1000.0, "geometry.conformal": False})
+    both = tmp_path / "both.toml"
+    both.write_text(CASE.read_text().replace("[load]\n", "[load]\nvertical_N = 1000.0\n"))
+    with pytest.raises(CaseError, match="a normal load, or a vertical force"):
+        Case.read(both)
 
 
 @pytest.mark.parametrize(("radii", "load"), [

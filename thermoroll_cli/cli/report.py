@@ -164,6 +164,8 @@ def of_result(result: Result, name: str) -> Section:
     else:
         load = f"load {number(problem.normal_force)} N" if problem.approach is None else (
             f"approach {number(1e6 * problem.approach)} µm")
+        if problem.vertical is not None:
+            load = f"vertical force {number(problem.vertical)} N"
         heat = "without heat" if not problem.heating.heat else "with frictional heat" + (
             " and thermal expansion" if result.coupled is not result.isothermal else ", which does not change the contact here")
         friction = problem.friction

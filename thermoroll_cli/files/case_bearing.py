@@ -58,8 +58,8 @@ class BearingTable(Table):
 
 
 REFUSED = ("geometry", "track", "wheelset", "history", "creepage", "force", "wear", "load.normal_N", "load.approach_um",
-           "rolling.speed_m_s", "friction.over_angle", "friction.across", "friction.left", "friction.right", "thermal.lower",
-           "thermal.upper")  # fmt: skip
+           "load.vertical_N", "rolling.speed_m_s", "friction.over_angle", "friction.across", "friction.left", "friction.right",
+           "thermal.lower", "thermal.upper")  # fmt: skip
 """Tables and keys that do not go together with [bearing]."""
 
 

@@ -227,13 +227,14 @@ class _Checker:
                 self._note(("geometry",), "the table [geometry] is missing",
                            hint=f"add {', '.join(known_keys(('geometry',)))}; or [track] and [wheelset]; or [bearing]")
             load = self.content.get("load")
-            if isinstance(load, dict) and not {"normal_N", "approach_um"} & {*load, *self._meant(("load",), load)}:
+            loads = {"normal_N", "approach_um", "vertical_N"}
+            if isinstance(load, dict) and not loads & {*load, *self._meant(("load",), load)}:
                 self._note(("load", "normal_N"), "is missing", allowed=allowed_values(("load", "normal_N")), at_key=True)
             return
         for table in ("track", "wheelset"):
             if table not in given:
                 self._note((table,), f"the table [{table}] is missing", hint=f"add {', '.join(known_keys((table,)))}")
-        for path in (("geometry",), ("load", "normal_N"), ("load", "approach_um"), ("creepage",), ("force",)):
+        for path in map(key_path, ("geometry", "load.normal_N", "load.approach_um", "load.vertical_N", "creepage", "force")):
             if self.source.get(path) is not None:
                 self._note(path, "cannot be given together with [wheelset], from which it follows",
                            allowed="[track] and [wheelset] without it, or one contact without them", at_key=True)

@@ -69,7 +69,8 @@ def conflicts(sections: Sections) -> Iterator[Conflict]:
 def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
     """Each check with the names of its tables, asked for once: a sweep checks every point."""
     checks = (
-        _convexity, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
+        _convexity, _vertical_force, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings,
+        _relaxation,
         _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _bearing, _history, _speed,
         _accuracy_of)  # fmt: skip
     return {check: tuple(inspect.signature(check).parameters) for check in checks}
@@ -97,6 +98,12 @@ def _convexity(geometry: model.GeometryTable) -> Iterator[Conflict]:
         yield Conflict(("geometry", upper_key if upper < 0 <= lower else lower_key),
                        f"convexity lost along {axis}: {reason} (geometry.{lower_key}, geometry.{upper_key})",
                        f"1/{lower_key} + 1/{upper_key} > 0", hint)
+
+
+def _vertical_force(geometry: model.GeometryTable, load: model.LoadTable) -> Iterator[Conflict]:
+    if load.vertical_N is not None and not geometry.conformal:
+        yield Conflict(("load", "vertical_N"), "is of a conformal contact: in a plane it is the normal load", "normal_N, or "
+                       "geometry.conformal = true", at_key=True)
 
 
 def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Conflict]:

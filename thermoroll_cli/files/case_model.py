@@ -138,6 +138,8 @@ class LoadTable(Table):
     normal_N: float | None = quantity("Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
     approach_um: float | None = quantity("Approach of the bodies, which determines the load; instead of normal_N", None,
                                          ge=1e-9, le=1e9)  # fmt: skip
+    vertical_N: float | None = quantity("Vertical force of a conformal contact, traction included; instead of normal_N", None,
+                                        ge=1e-15, le=1e15)  # fmt: skip
     friction_coefficient: float | None = quantity("Coulomb's coefficient of friction; or of each place in [friction]",
                                                   None, ge=0, le=10)  # fmt: skip
 
@@ -410,6 +412,8 @@ EXCLUSIVE = (
     ("history.distance_mm", "history.time_s", "distances, or times"),
     ("wear.positions", "wear.positions_file", "positions, or a file of them"),
     ("load.normal_N", "load.approach_um", "a normal load, or an approach"),
+    ("load.normal_N", "load.vertical_N", "a normal load, or a vertical force"),
+    ("load.approach_um", "load.vertical_N", "an approach, or a vertical force"),
     *(("load.friction_coefficient", f"friction.{key}", "one coefficient of friction, or one of each place")
       for key in ("over_angle", "across")),
     ("bearing.load.axial_N", "bearing.load.axial_displacement_um", "an axial load, or an axial displacement"),

@@ -31,7 +31,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
         lower=lower,
         upper=upper,
         geometry=_geometry(geometry, lower, upper),
-        normal_force=1.0 if load.normal_N is None else load.normal_N,
+        normal_force=load.normal_N or load.vertical_N or 1.0,
         friction=_friction(friction, settings.coefficient_at_rest),
         motion=si.Motion(
             **{"speed": 1.0, **settings.rolling.in_si()},
@@ -63,6 +63,8 @@ def problem_of(settings: model.Settings) -> si.Problem:
         interlayer=Interlayer() if layer is None else Interlayer(layer.si("compliance_um_GPa") or 0.0, layer.si("yield_MPa")),
         subsurface=_subsurface(settings.subsurface, settings.strength),
     )
+    if isinstance(problem.geometry, CurvedPatch):
+        problem = replace(problem, vertical=load.vertical_N)
     if load.approach_um is not None:
         problem = pressed_to(problem, load.si("approach_um"))
     if friction.across is None:

@@ -101,7 +101,8 @@ def _schema() -> Entry:
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
     of_contact = {"if": {"not": {"anyOf": [{"required": ["track"]}, {"required": ["wheelset"]}]}},
                   "then": {"required": ["geometry"], "properties": {"load": {
-                      "if": {"not": {"required": ["approach_um"]}}, "then": {"required": ["normal_N"]}}}},
+                      "if": {"not": {"anyOf": [{"required": ["approach_um"]}, {"required": ["vertical_N"]}]}},
+                      "then": {"required": ["normal_N"]}}}},
                   "else": {"required": ["track", "wheelset"]}}
     schema["allOf"] = [{"if": {"not": {"required": ["bearing"]}},
                         "then": {"required": ["rolling"], "properties": {"rolling": {"required": ["speed_m_s"]}},

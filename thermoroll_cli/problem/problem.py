@@ -286,7 +286,8 @@ class Problem:
     - `lower`, `upper`: materials of the bodies (`Material`);
     - `geometry`: radii (m) and profiles (`Geometry`), or a `CurvedPatch`;
     - `normal_force`: W in N; with a given `approach` (m) the load that it needs, in a problem about the one without heat and
-      shear (`pressed_to`), in a result the one found;
+      shear (`pressed_to`), in a result the one found, as of a conformal contact with a given `vertical` force (N) of pressure
+      and traction along z;
     - `friction`: coefficient and laws (`Friction`);
     - `motion`: speed (m/s), creepages, spin (rad/m), prescribed forces (N) (`Motion`);
     - `heating`: frictional heat, its partition, bulk temperatures (K) (`Heating`);
@@ -311,6 +312,12 @@ class Problem:
     subsurface: SubsurfaceRequest | None = None
     wear: Wear | None = None
     approach: float | None = None
+    vertical: float | None = None
+
+    @property
+    def load_is_given(self) -> bool:
+        """Whether the normal load is given, and not found."""
+        return self.approach is None and self.vertical is None
 
     @property
     def contact_modulus(self) -> float:

@@ -16,6 +16,7 @@ from thermoroll_cli.refinement.outcome import refining_both, result_of, scalars_
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refine import refine
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
+from thermoroll_cli.refinement.vertical_load import under_vertical
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 
 Report = Callable[[str, Mapping[str, Any]], None]
@@ -47,6 +48,8 @@ class Solver:
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
+        if problem.vertical is not None:
+            return under_vertical(problem, lambda loaded: self.solve(loaded, report=report))
         if not has_maximum(problem):
             return self._solve(problem, report)
         # A prescribed force where friction falls with slip: the maximum of the creep curve is found first.
