@@ -100,7 +100,7 @@ def test_bad_values_of_optional_tables(table: str, line: str, hint: str) -> None
 @pytest.mark.parametrize(
     ("key", "line", "hint"),
     [
-        ("normal_N", "normal_kN = 65", 'did you mean "normal_N"? The unit is part of the key: N, not kN'),
+        ("normal_N", "normal_kN = 65", 'did you mean "normal_N"? The unit is part of the key: N, not kN (1 kN is 1000 N)'),
         ("normal_N", "normal = 65", 'did you mean "normal_N"? The unit is part of the key: N, which is missing here'),
         ("normal_N", "normal_n = 65", 'did you mean "normal_N"?'),
         ("friction_coefficient", "friction_coeficient = 0.3", 'did you mean "friction_coefficient"?'),
@@ -108,6 +108,14 @@ def test_bad_values_of_optional_tables(table: str, line: str, hint: str) -> None
         ("speed_m_s", "speed_km_h = 3.6", 'did you mean "speed_m_s"?'),
         ("upper_radius_y_mm", "upper_radius_y_m = 0.03", 'did you mean "upper_radius_y_mm"?'),
         ("longitudinal", "longitudinal_percent = 0.3", 'did you mean "longitudinal"?'),
+        ("longitudinal", "SRR_percent = 0.3", 'did you mean "longitudinal"? (1 % is 0.01)'),
+        ("longitudinal", '"SRR [%]" = 0.3', 'did you mean "longitudinal"? (1 % is 0.01)'),
+        ("longitudinal", "slip = 0.3", 'did you mean "longitudinal"?'),
+        ("friction_coefficient", '"µ" = 0.3', 'did you mean "friction_coefficient"?'),
+        ("friction_coefficient", "COF = 0.3", 'did you mean "friction_coefficient"?'),
+        ("youngs_modulus_GPa", "E_MPa = 210e3", 'did you mean "youngs_modulus_GPa"? (1 MPa is 0.001 GPa)'),
+        ("poisson_ratio", "nu = 0.3", 'did you mean "poisson_ratio"?'),
+        ("title", '"tan δ" = 0.1', 'did you mean "material.relaxation_file"?'),
         ("longitudinal", "longitudinal_N = 3", "longitudinal_N belongs in [force]"),
         ("longitudinal", "friction_coefficient = 3", "friction_coefficient belongs in [load]"),
         ("longitudinal", "xyz = 3", "known here: longitudinal, lateral, spin_rad_mm"),

@@ -265,6 +265,23 @@ def test_a_unit_behind_a_name_is_no_part_of_it(tmp_path):
     assert list(Measured.read(tmp_path / "data.csv").values) == ["force_x_N"]
 
 
+def test_units_behind_names_are_converted_and_words_of_rigs_have_a_hint(tmp_path):
+    data = tmp_path / "data.csv"
+    data.write_text("creepage.longitudinal [%],load.normal_N [kN],force_x_over_load [%],force_x_over_load_error [-]\n"
+                    "0.7,.1,20,.1\n")
+    read = Measured.read(data)
+    assert {name: values.tolist() for name, values in read.varied.items()} == {"creepage.longitudinal": [0.007],
+                                                                              "load.normal_N": [100.0]}
+    assert read.values["force_x_over_load"].tolist() == [0.2] and read.deviations["force_x_over_load"].tolist() == [0.1]
+    for header, told in (("SRR [%],force_x_N", "did you mean creepage.longitudinal?"),
+                         ("creepage.longitudinal,mu", "did you mean force_x_over_load or load.friction_coefficient?"),
+                         ("load [kN],force_x_N", r"did you mean load.normal_N \[kN\]?"),
+                         ("load.normal_N [mm],force_x_N", "load.normal_N is in N, kN, MN")):
+        data.write_text(f"{header}\n1,2\n")
+        with pytest.raises(ValueError, match=told.replace("?", r"\?")):
+            Measured.read(data)
+
+
 def test_a_column_of_a_mapping_must_be_as_long_as_the_others():
     with pytest.raises(ValueError, match="differ in length"):
         Measured.of({"creepage.longitudinal": [1e-3], "force_x_N": np.array([1.0, 2.0])})

@@ -142,6 +142,8 @@ def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
         read_points(tmp_path / "book.xlsx")
     (tmp_path / "one.csv").write_text("load.normal_N\n80,5\n")
     assert read_points(tmp_path / "one.csv") == (Axis("load.normal_N", (80.5,)),)
+    (tmp_path / "units.csv").write_text("load.normal_N [kN],creepage.longitudinal [%],rolling.speed_m_s [km/h]\n0.08,0.7,36\n")
+    assert [axis.values for axis in read_points(tmp_path / "units.csv")] == [(80.0,), (0.007,), (10.0,)]
     done = call("sweep", case, "--points", listed, "-o", tmp_path / "out", "--set", "numerics.grid=8")
     assert done.returncode == 0, done.stderr
     rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))

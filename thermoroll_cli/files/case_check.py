@@ -27,7 +27,9 @@ from thermoroll_cli.files.case_wheelset import OutlineTable
 from thermoroll_cli.files.positions_file import read_positions
 from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
 from thermoroll_cli.files.relaxation_file import MeasuredSeries, read_series
+from thermoroll_cli.files.spellings import factor_of, meant, unit_in
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.solvable import reasons_against
@@ -274,7 +276,8 @@ class _Checker:
     def _meant(self, table: KeyPath, given: dict[str, Any]) -> set[str]:
         """Keys of `table` that are missing only because they are misspelt."""
         known = known_keys(table)
-        return {_same_quantity(key, known) or _nearest(key, known) for key in given if key not in known}
+        return {_same_quantity(key, known) or meant(key).rpartition(".")[2] or _nearest(key, known)
+                for key in given if key not in known}
 
     def _unknown_in(self, table: KeyPath, keys: Iterable[str | int]) -> None:
         for key in keys:
@@ -335,12 +338,23 @@ def _unknown_key(table: KeyPath, key: str) -> str:
     if same:
         wanted = UNIT_AT_END.search(same)
         given = f"not {unit.group()[1:]}" if unit else "which is missing here"
-        return f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {given}'
+        return (f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {given}'
+                f"{_conversion(key, same)}")
+    if other := meant(key):
+        own = other.rpartition(".")[2]
+        return f'did you mean "{own if own in known else other}"?{_conversion(key, other)}'
     if not table and (inside := next((f"{name}.{found}" for name in Settings.model_fields
                                       if (found := _same_quantity(key, known_keys((name,))))), "")):
         return f'did you mean "{inside}"?'
     near = _nearest(key, known)
     return f'did you mean "{near}"?' if near else f"known here: {', '.join(known)}"
+
+
+def _conversion(written: str, own: str) -> str:
+    """What one of the unit of a key as somebody has `written` it is in that of the key `own`."""
+    unit, wanted = unit_in(written), unit_of(own)
+    factor = factor_of(unit, wanted)
+    return f" (1 {unit} is {f'{factor:.6g} {wanted}'.rstrip()})" if unit and factor not in (None, 1.0) else ""
 
 
 def _missing_table(name: str, field: FieldInfo) -> str:

@@ -6,7 +6,6 @@ import difflib
 import math
 import os
 import pathlib
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,12 +15,11 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.files.case_schema import entry_at
 from thermoroll_cli.files.case_source import key_path
 from thermoroll_cli.files.csv_table import read_columns
+from thermoroll_cli.files.spellings import converted, in_own_units, meant
 from thermoroll_cli.problem.names import ALL_SCALARS, ERROR
 
 OVER_LOAD = {"force_x_over_load": "force_x_N", "force_y_over_load": "force_y_N"}
 """Creep forces over the load, as rigs report them: column of the data → scalar in N."""
-_UNIT = re.compile(r"\s*[\[(][^\])]*[\])]$")
-"""A unit in brackets behind a name: names have their units already."""
 
 
 @dataclass(frozen=True)
@@ -55,19 +53,19 @@ class Measured:
     @classmethod
     def read(cls, path: pathlib.Path) -> Measured:
         """The points in a CSV file: a header line with names of keys, of scalars, and NAME_error for their standard deviations,
-        each also with a unit in brackets behind it; separators and decimal commas as of `--points`.
+        each also with a unit in brackets behind it, from which it is converted; separators and decimal commas as of `--points`.
 
         Raises ValueError, with file and line: an unknown or a repeated column, no measured one, text, nan, a deviation that is
         not positive; OSError."""
         names, lines = read_columns(path, "a table of measured values")
-        names = [_UNIT.sub("", name) for name in names]
+        names, factors = in_own_units(str(path), names)
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise ValueError(f"{path}: the column {twice} stands there twice")
         columns: dict[str, list[float]] = {name: [] for name in names}
         for number, cells in lines:
-            for name, cell in zip(names, cells, strict=True):
+            for name, cell, factor in zip(names, cells, factors, strict=True):
                 try:
-                    columns[name].append(float(cell))
+                    columns[name].append(float(cell) if factor == 1.0 else converted(float(cell), factor))
                 except ValueError:
                     raise ValueError(f'{path}, line {number}: {name} is "{cell}", not a number') from None
         return cls._sorted(str(path), tuple(number for number, _ in lines), columns)
@@ -89,8 +87,10 @@ class Measured:
             elif "minimum" in entry_at(key_path(name)):
                 varied[name] = array
             else:
-                near = difflib.get_close_matches(name, [*ALL_SCALARS, *OVER_LOAD], n=1)
-                hint = f"; did you mean {near[0]}?" if near else ""
+                near = [meant(name) or next(iter(difflib.get_close_matches(name, [*ALL_SCALARS, *OVER_LOAD], n=1)), "")]
+                if near == ["load.friction_coefficient"]:  # rigs call so what they measure
+                    near = ["force_x_over_load", *near]
+                hint = f"; did you mean {' or '.join(near)}?" if near[0] else ""
                 raise ValueError(f"{source}: the column {name} is neither a key of a case that takes a number, nor a scalar, "
                                  f"nor a scalar with {ERROR}{hint}")
         if not values:

@@ -23,6 +23,7 @@ import numpy as np
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source, toml_value
 from thermoroll_cli.files.csv_table import read_columns
+from thermoroll_cli.files.spellings import converted, in_own_units
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.refinement.plan import leaves_out_deformation
@@ -87,16 +88,18 @@ def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...
 
 
 def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
-    """The columns of the CSV file at `path` (`read_columns`), a line per point.
+    """The columns of the CSV file at `path` (`read_columns`), a line per point, in the units of their keys.
 
     Raises ValueError (not such a file, the same key or the same point twice), OSError.
     """
-    keys, lines = read_columns(path, "a list of points")
+    names, lines = read_columns(path, "a list of points")
+    keys, factors = in_own_units(str(path), names)
     _check_keys(keys)
     seen: dict[tuple[Value, ...], int] = {}
     for number, cells in lines:
         place = f"{path}, line {number}"
-        values = tuple(_value(place, cell) for cell in cells)
+        values = tuple(_value(place, cell) if factor == 1.0 else converted(_number(place, cell), factor)
+                       for cell, factor in zip(cells, factors, strict=True))
         if values in seen:
             raise ValueError(f"{place}: the same point as in line {seen[values]}")
         seen[values] = number
