@@ -236,6 +236,15 @@ def test_the_command_writes_compares_and_reports(tmp_path: Path) -> None:
     assert record["compared"][0]["force"] == pytest.approx(record["compared"][0]["reference"], rel=0.02)
     assert call("validate", tmp_path / "cases" / "deck_1.toml").returncode == 0
     assert sorted(path.name for path in (tmp_path / "cases").iterdir()) == ["deck_1.h5", "deck_1.toml"]
+    assert record["files"] == [str(tmp_path / "cases" / name) for name in ("deck_1.toml", "deck_1.h5")]
+
+
+def test_a_case_that_has_no_solution_says_why(tmp_path: Path) -> None:
+    deck = deck_of(tmp_path, FIRST.format(chi="180d") + END)
+    without = "--set", "creepage.longitudinal=0.001", "--set", "force.lateral_N=1e9"
+    done = call("import", deck, "-o", tmp_path / "cases", "--run", *without)
+    assert done.returncode == 4 and "case 1: invalid, force none N: the tangential force of 1e+09 N" in done.stdout
+    assert "1 of 1 cases" in done.stdout and f"wrote {tmp_path / 'cases' / 'deck_1.toml'}" in done.stdout
 
 
 def test_errors_leave_nothing_behind(tmp_path: Path) -> None:
