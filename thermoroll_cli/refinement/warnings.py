@@ -37,6 +37,12 @@ LARGEST_RISE = 2000.0
 """K. Steel melts at 1500 °C, and no constant stays one that far."""
 NO_SOLID = f"no solid stands {LARGEST_RISE:g} K with these constants"
 
+SHARP_EDGE, ELEMENTS_TO_EDGE = 0.05, 4.0
+"""Error of the largest pressure by an edge that is not resolved from which it is worth a warning; elements that resolve it."""
+INNER_HEAT = 0.05
+"""Share of all heat from which the heat that is made inside bodies is worth a warning."""
+SIDEWAYS_SHARE = 0.1
+"""Share of heat from sideways slip, times a Péclet number below one, from which its direction is worth a warning."""
 RESOLVED_BORDER = 0.5
 """Part to which half-spaces describe a border within an element (`ShearCompliance.trust`), at least."""
 
@@ -65,49 +71,38 @@ def _resolving(grid: Grid, thickness: float) -> str:
     return f"numerics.grid = {nx}" if nx == ny else f"numerics.grid = [{nx}, {ny}]"
 
 
-SHARP_EDGE, ELEMENTS_TO_EDGE = 0.05, 4.0
-"""Error of the largest pressure by an edge that is not resolved from which it is worth a warning; elements that resolve it."""
-
-
-def edge_warning(derived: DerivedQuantities, grid: Grid, error: float) -> Iterator[str]:
-    """Whether material that has not relaxed yet makes a maximum at the leading edge that the grid does not resolve; `error` is
-    that of the largest pressure."""
-    if derived.relaxing is None or error < SHARP_EDGE:
-        return
-    place, _ = derived.relaxing.leading_edge(derived.scales.semi_axis_x)
-    wanted = math.ceil(ELEMENTS_TO_EDGE * grid.dx / place * grid.nx)
-    yield (f"the pressure has a maximum about {place * 1e6:.2g} µm behind the leading edge, {place / grid.dx:.2g} elements, "
-           f"where the bodies have not relaxed yet: the largest pressure and traction may be {100.0 * error:.0f} % off; "
-           f"numerics.grid = [{wanted}, {grid.ny}] would resolve it")
-
-
-INNER_HEAT = 0.05
-"""Share of all heat from which the heat that is made inside bodies is worth a warning."""
-
-
-def inner_heat_warning(hysteresis: float, friction: float) -> Iterator[str]:
-    """Whether bodies that relax are heated inside, from the power that they lose and the heat of `friction`, both in W."""
-    share = hysteresis / (hysteresis + friction)
-    if share > INNER_HEAT:
-        yield (f"{100.0 * share:.0f} % of all heat, {hysteresis:.3g} W, is made inside bodies that relax: temperatures and "
-               "thermal expansion do not contain it")
-
-
 def warnings_after(derived: DerivedQuantities, level: Level, heat: Heat | None, edge: float) -> Iterator[str]:
     """Doubts about the state of a `level` with its `heat` (None: there is none); `edge` is the error of the largest pressure by
     an edge that is not resolved."""
-    yield from edge_warning(derived, level.here.grid, edge)
+    grid = level.here.grid
+    if derived.relaxing is not None and edge >= SHARP_EDGE:
+        place, _ = derived.relaxing.leading_edge(derived.scales.semi_axis_x)
+        wanted = math.ceil(ELEMENTS_TO_EDGE * grid.dx / place * grid.nx)
+        yield (f"the pressure has a maximum about {place * 1e6:.2g} µm behind the leading edge, {place / grid.dx:.2g} "
+               f"elements, where the bodies have not relaxed yet: the largest pressure and traction may be "
+               f"{100.0 * edge:.0f} % off; numerics.grid = [{wanted}, {grid.ny}] would resolve it")
     if heat is None:
         return
     scalars, fields = level.reported.scalars, level.reported.fields
     rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
-    yield from sideways_warning(heat, level.contact.tangential.slip)
+    if isinstance(heat.response, SlidingHeatResponse) and (total := float(heat.flux.sum())):
+        slip, peclet = level.contact.tangential.slip, heat.response.mean_peclet(heat.flux)
+        share = float(heat.flux[np.abs(slip[1]) > np.abs(slip[0])].sum()) / total
+        if share * min(peclet, 1.0) > SIDEWAYS_SHARE:
+            yield (f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
+                   'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip')
     if derived.kinematics.has_traction:
-        yield from tangential_expansion_warning(derived, *rises)
+        stretched = tangential_expansion(derived, *rises) / derived.saturation_creepage
+        if stretched > WORTH_TELLING:
+            yield (f"the heated surfaces stretch along each other by about {100 * stretched:.0f} % of the saturation creepage: "
+                   "the slip equation does not contain this part of the thermal expansion")
     if (highest := max(scalars[f"temperature_rise_max_{body}_K"] for body in BODIES)) > LARGEST_RISE:
         yield f"temperature rises by up to {highest:.4g} K: {NO_SOLID}"
     if derived.problem.relaxes:
-        yield from inner_heat_warning(scalars["hysteresis_W"], scalars["Q_F_W"])
+        inside = scalars["hysteresis_W"]
+        if (share := inside / (inside + scalars["Q_F_W"])) > INNER_HEAT:
+            yield (f"{100.0 * share:.0f} % of all heat, {inside:.3g} W, is made inside bodies that relax: temperatures and "
+                   "thermal expansion do not contain it")
     if level.contact.friction is not None:
         yield from feedback_warning(derived, rises, level.contact.friction)
 
@@ -147,27 +142,3 @@ def _strain_per_kelvin(derived: DerivedQuantities, body: Material) -> float:
     parts: tuple[Material | Layer, ...] = (body, *body.layers)
     free = max((1.0 + part.poisson_ratio) * part.expansion for part in parts if part.expansion is not None)
     return free * 2.0 / (1.0 + (1.0 + peclet**2) ** 0.25)
-
-
-def tangential_expansion_warning(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> Iterator[str]:
-    """Whether the surfaces of different bodies stretch so differently that the slip would feel it."""
-    share = tangential_expansion(derived, rise_lower, rise_upper) / derived.saturation_creepage
-    if share > WORTH_TELLING:
-        yield (f"the heated surfaces stretch along each other by about {100 * share:.0f} % of the saturation creepage: the "
-               "slip equation does not contain this part of the thermal expansion")
-
-
-SIDEWAYS_SHARE = 0.1
-"""Share of heat from sideways slip, times a Péclet number below one, from which its direction is worth a warning."""
-
-
-def sideways_warning(heat: Heat, slip: Array) -> Iterator[str]:
-    """Whether sliding Péclet numbers carry heat of sideways slip along x (`heat.sliding_heat`); `slip` is (2, nx, ny)."""
-    total = float(heat.flux.sum())
-    if not isinstance(heat.response, SlidingHeatResponse) or total == 0.0:
-        return
-    share = float(heat.flux[np.abs(slip[1]) > np.abs(slip[0])].sum()) / total
-    peclet = heat.response.mean_peclet(heat.flux)
-    if share * min(peclet, 1.0) > SIDEWAYS_SHARE:
-        yield (f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
-               'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip')
