@@ -14,7 +14,7 @@ from scripts.stress.random_cases import BELOW_LIMIT
 from tests.support.errors import relative
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.names import SCALARS
+from thermoroll_cli.problem.names import known_as
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
@@ -75,9 +75,9 @@ def violations(result: Result) -> list[str]:
 def bulges(result: Result) -> bool:
     """Whether the heat of the state without deformation would bulge by more than a case below the limit may: the plan's bound
     can be too low for dissimilar bodies, whose pressure alone makes them slip."""
-    scalars = result.isothermal.scalars
+    scalars, approach = result.isothermal.scalars, 1e6 * DerivedQuantities(result.problem).scales.approach
     return bool(result.problem.heating.deformation
-                and scalars["thermal_displacement_max_um"] > BELOW_LIMIT * scalars["approach_um"])  # fmt: skip
+                and scalars["thermal_displacement_max_um"] > BELOW_LIMIT * scalars.get("approach_um", approach))  # fmt: skip
 
 
 def carries_less(result: Result) -> bool:
@@ -137,15 +137,15 @@ def distinct(result: Result) -> Iterator[str]:
         yield from (f"started {start}: {what}" for what in differences(solver.solve(problem), result, FORCES))
 
 
-def differences(result: Result, alone: Result, names: Iterable[str] = tuple(SCALARS)) -> Iterator[str]:
-    """Which of `names` in `result`, which depends on problems before it, differ from those of `alone` by more than both
-    estimates: a grid may have several solutions, each as far from the truth as its estimate says."""
+def differences(result: Result, alone: Result, names: Iterable[str] = ()) -> Iterator[str]:
+    """Which of `names`, or of all, in `result`, which depends on problems before it, differ from those of `alone` by more than
+    both estimates: a grid may have several solutions, each as far from the truth as its estimate says."""
     if result.converged != alone.converged:
         yield f"converged {result.converged}, alone {alone.converged}"
     if not (result.converged and alone.converged):
         return
     warm, cold = result.summary(), alone.summary()
-    for name in names:
+    for name in (known_as(each, cold) for each in names or alone.coupled.scalars):
         scale, estimate = error_scale(name, cold), relative(alone)[name] + relative(result)[name]
         if not (scale > 0.0 and math.isfinite(estimate)):
             continue
@@ -159,9 +159,8 @@ def _not_finite(state: State) -> list[str]:
 
 
 def _broken(result: Result, state: State) -> list[str]:
-    problem, fields, scalars = result.problem, state.fields, state.scalars
-    grid = _grid(state)
-    found = []
+    problem, scalars, grid = result.problem, state.scalars, _grid(state)
+    fields, found = {name: values.reshape(grid.shape) for name, values in state.fields.items()}, []
 
     def hold(what: str, excess: float, allowed: float) -> None:
         if not excess <= allowed:
@@ -184,8 +183,8 @@ def _broken(result: Result, state: State) -> list[str]:
     hold("Coulomb", float(np.linalg.norm(excess)), COULOMB * float(np.linalg.norm(bound)))
     hold("Coulomb in one element", float(excess.max()), COULOMB_ELEMENT * float(bound.max()))
     rubbed = float((shear * speed).sum())
-    spanned = min(int(np.count_nonzero((pressure > 0.0).any(axis=axis))) for axis in (0, 1))
-    if min(grid.nx, grid.ny, 2 * spanned) >= SLIP_RESOLVED:
+    spanned = min(int(np.count_nonzero((pressure > 0.0).any(axis=1 - axis))) for axis in range(len(grid.sides)))
+    if min(*grid.sides, 2 * spanned) >= SLIP_RESOLVED:
         hold("friction not reached in slip", float((bound * speed).sum()) - rubbed, FULL_FRICTION * rubbed)
     work, dissipated = _work(problem, state, grid, traction, pressure), float(flux.sum()) * grid.element_area
     scale = max(rubbed * grid.element_area, abs(work), dissipated)
@@ -206,9 +205,9 @@ def _broken(result: Result, state: State) -> list[str]:
     for axis, got, wanted in zip("xy", force, (problem.motion.force_x, problem.motion.force_y), strict=True):
         if wanted is not None:
             hold(f"force along {axis}", abs(got - wanted), FORCE * problem.traction_limit)
-        reported = scalars[f"force_{axis}_N"]
-        if not math.isfinite(reported):
-            found.append(f"force_{axis}_N is {reported}")
+        name = known_as(f"force_{axis}_N", scalars)
+        if not math.isfinite(scalars[name]):
+            found.append(f"{name} is {scalars[name]}")
     return found
 
 
@@ -227,6 +226,8 @@ def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pres
 
 
 def _grid(state: State) -> Grid:
+    """The grid of a state; that of a line contact has one element across, without ends."""
     (nx, dx, centre_x), (ny, dy, centre) = (
-        (axis.size, float(axis[-1] - axis[0]) / (axis.size - 1), float(axis[0] + axis[-1]) / 2) for axis in (state.x, state.y))
+        (axis.size, float(axis[-1] - axis[0]) / (axis.size - 1), float(axis[0] + axis[-1]) / 2) if axis.size
+        else (1, math.inf, 0.0) for axis in (state.x, state.y))
     return Grid(nx, ny, dx, dy, centre, centre_x)

@@ -33,7 +33,8 @@ ROUNDING = 1e-12
 COVERED, SHORT, SHORT_BY_TEN, MEDIAN, FAMILY_MEDIAN = 0.95, 0.01, 1.0 / 2000.0, 8.0, 12.0
 INTERVALS, HELD = ("fits of two values", "fits of three values"), (0.90, 0.99)
 """Populations whose pairs are 95 % intervals, and the share of them that must hold the truth: no estimates of errors."""
-DERIVED = ("T_gamma_N", "contact_area_mm2", "pressure_max_MPa", "stick_area_mm2", "surface_temperature_max_lower_K",
+DERIVED = ("T_gamma_N", "T_gamma_N_mm", "contact_area_mm2", "contact_width_mm", "pressure_max_MPa", "stick_area_mm2",
+           "stick_width_mm", "surface_temperature_max_lower_K",
            "surface_temperature_max_upper_K")
 """Scalars whose error is that of another one."""
 
@@ -88,7 +89,7 @@ def pairs_of(
     truth = fine.summary()
     for grid, coarse in solved_on.items():
         summary = coarse.summary()
-        names = tuple(coarse.subsurface.scalars) if coarse.subsurface is not None else tuple(SCALARS)
+        names = tuple(coarse.subsurface.scalars) if coarse.subsurface is not None else tuple(coarse.coupled.scalars)
         if problem.wear is not None or wider > 1:
             names = tuple(name for name in (*names, *SCALARS) if name in STRENGTH_SCALARS or name.startswith("wear_"))
         for name in names:

@@ -34,6 +34,7 @@ from scripts.stress.random_friction import (
 )
 from scripts.stress.random_grids import few_depths, slender_grid
 from scripts.stress.random_layers import random_hot_layers, random_layers
+from scripts.stress.random_lines import random_line
 from scripts.stress.random_profiles import (
     AWKWARD,
     NARROW,
@@ -120,6 +121,7 @@ POPULATIONS = {
     "yielding interlayers": Population(_on_the_grid(random_yield), solved, 200),
     "coatings": Population(_on_the_grid(_coated), solved, 200),
     "bodies that relax": Population(_on_the_grid(random_relaxing), solved, 200),
+    "line contacts": Population(_on_the_grid(random_line), lambda problem: solved(problem, distinct), 200),
     "wear": Population(wear.worn_contact, wear.check, 40, limit=300.0),
     "wear at an approach": Population(wear.worn_at_an_approach, wear.check_approach, 40, limit=300.0),
     "wear in service": Population(service.in_service, service.check, 40, limit=600.0),
@@ -149,6 +151,7 @@ POPULATIONS = {
     "coverage of strength and wear": Population(random_strength, covered, 40, 300.0),
     "coverage of histories": Population(random_history, covered_beyond, 40, 300.0),
     "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),
+    "coverage of line contacts": Population(random_line, covered, 100, 60.0),
     "coverage of coatings": Population(random_layers, covered, 40, 300.0),
     "coverage of bodies that relax": Population(random_relaxing, covered, 40, 300.0),
     "coverage of heat through coatings": Population(random_hot_layers, covered, 40, 300.0),

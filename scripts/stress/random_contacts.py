@@ -30,8 +30,8 @@ def random_contact(seed: int) -> Problem:
     problem = Problem(lower, upper, _geometry(rng), _log(rng, 1.0, 5.0), Friction(float(rng.uniform(0.05, 0.6))),
                       Motion(1.0, differential_slip=False))
     problem = replace(problem, heating=_heating(rng) if heated else Heating(heat=False))
-    problem = replace(problem, motion=_motion(rng, problem))
-    return _warmed(rng, problem) if heated else problem
+    problem = replace(problem, motion=random_motion(rng, problem))
+    return warmed(rng, problem) if heated else problem
 
 
 def _material(rng: np.random.Generator, heated: bool) -> Material:
@@ -45,7 +45,8 @@ def _geometry(rng: np.random.Generator) -> Geometry:
     return Geometry(radius / math.sqrt(ratio), radius * math.sqrt(ratio), math.inf, math.inf)
 
 
-def _motion(rng: np.random.Generator, problem: Problem) -> Motion:
+def random_motion(rng: np.random.Generator, problem: Problem) -> Motion:
+    """Creepages from 0.02 to 20 times saturation along, across or in any direction, some with spin, some with a force."""
     derived = DerivedQuantities(problem)
     size = derived.saturation_creepage * _log(rng, math.log10(0.02), math.log10(20.0))
     angle = float(rng.choice([0.0, math.pi / 2.0, rng.uniform(0.0, 2.0 * math.pi), rng.uniform(0.0, 2.0 * math.pi)]))
@@ -66,7 +67,7 @@ def _heating(rng: np.random.Generator) -> Heating:
     return Heating(True, bool(rng.random() < DEFORMED_SHARE), peclet, partition, 0.0, bulk)
 
 
-def _warmed(rng: np.random.Generator, problem: Problem) -> Problem:
+def warmed(rng: np.random.Generator, problem: Problem) -> Problem:
     """The contact at Péclet numbers from 0.1 to 1000, with an expansion that bulges it by up to `LARGEST_BULGE`."""
     number, spread = _log(rng, -1.0, 3.0), _log(rng, -0.5, 0.5)
     length, speed = DerivedQuantities(problem).hertz.semi_axis_x, problem.motion.speed
@@ -78,7 +79,7 @@ def _warmed(rng: np.random.Generator, problem: Problem) -> Problem:
     wanted = _log(rng, -4.0, math.log10(LARGEST_BULGE))
     if bound == 0.0 or not problem.heating.deformation:
         return problem
-    factor = wanted * derived.hertz.approach / bound
+    factor = wanted * derived.scales.approach / bound
     lower, upper = (replace(body, expansion=(body.expansion or 0.0) * factor) for body in (problem.lower, problem.upper))
     return replace(problem, lower=lower, upper=upper)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_profiles import random_profile_contact
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.problem import Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
+from thermoroll_cli.refinement.plan import share_below
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities, rubbed
 
@@ -21,10 +23,10 @@ STEEPEST = 10.0
 LAYER_SHARE, MEMORY_SHARE, WARM_SHARE, COMPLIANT_SHARE = 0.3, 0.5, 0.3, 0.5
 
 
-def random_friction(seed: int) -> Problem:
+def random_friction(seed: int, contact: Callable[[int], Problem] = random_contact) -> Problem:
     """The contact of `seed` with a law of friction, always the same: criterion up to 0.6, with memory up to 10."""
     rng = np.random.default_rng([11, seed])
-    problem = random_contact(70000 + seed)
+    problem = contact(70000 + seed)
     if rng.random() > WARM_SHARE:
         problem = replace(problem, heating=Heating(heat=False))
     limit = float(rng.uniform(0.2, 0.9))
@@ -56,30 +58,30 @@ def _own_gradient(derived: DerivedQuantities) -> float:
     return RollingGradient((1, 1), *shape, derived.shear_compliance).self_gradient[0]
 
 
-def random_yield(seed: int) -> Problem:
+def random_yield(seed: int, contact: Callable[[int], Problem] = random_contact) -> Problem:
     """The contact of `seed` with a layer that yields at 0.2 to 0.95 of the largest Coulomb bound; half of them also shear
-    elastically. A force is at most nine tenths of what the layer carries, μW (3k − k³)/2."""
+    elastically. A force is at most nine tenths of what the layer carries."""
     rng = np.random.default_rng([19, seed])
-    problem = random_contact(110000 + seed)
+    problem = contact(110000 + seed)
     derived = DerivedQuantities(problem)
     share = float(rng.uniform(0.2, 0.95))
     bound = problem.friction.coefficient * derived.hertz.peak_pressure
     layer = 0.0
     if rng.random() < COMPLIANT_SHARE:
         layer = 10.0 ** float(rng.uniform(-1.0, 0.5)) * derived.saturation_creepage * derived.hertz.semi_axis_x / bound
-    motion, carried = problem.motion, 0.45 * (3.0 * share - share**3) * problem.traction_limit
+    motion, carried = problem.motion, 0.9 * share_below(share, line=problem.line) * problem.traction_limit
     if motion.force_x is not None:
         motion = replace(motion, force_x=math.copysign(min(abs(motion.force_x), carried), motion.force_x))
     return replace(problem, motion=motion, interlayer=Interlayer(layer, share * bound))
 
 
-def random_rising(seed: int) -> Problem:
+def random_rising(seed: int, contact: Callable[[int], Problem] = random_contact) -> Problem:
     """The contact of `seed` with friction that rises with slip by up to three times, linearly or to a plateau in two pieces,
     over 0.03 to 30 times the slip of saturation; half of them over an interlayer. Without one, half of those that roll at given
     creepages fall again, as steeply as is well posed or less. Where there is heat friction also rises or falls by up to a third
     with temperature. A third of the forces that are given exceed μ₀W."""
     rng = np.random.default_rng([23, seed])
-    problem = random_contact(130000 + seed)
+    problem = contact(130000 + seed)
     derived = DerivedQuantities(problem)
     if rng.random() > WARM_SHARE:
         problem = replace(problem, heating=Heating(heat=False))

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from scripts.stress.random_contacts import LARGEST_BULGE, _geometry, _heating, _log, _motion
+from scripts.stress.random_contacts import LARGEST_BULGE, _geometry, _heating, _log, random_motion
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Problem
 from thermoroll_cli.refinement.expected_heat import bulge_bound
@@ -44,7 +44,7 @@ def random_layers(seed: int) -> Problem:
         # Stacks are drawn with a thickness of one, and the contact's size depends on them.
         thickness = min(wanted * DerivedQuantities(problem).scales.mean_radius, THICKEST_RADIUS * smallest)
         problem = replace(problem, lower=_as_thick(problem.lower, thickness), upper=_as_thick(problem.upper, thickness))
-    motion = _motion(rng, problem)
+    motion = random_motion(rng, problem)
     return replace(problem, motion=motion)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from scripts.stress.random_contacts import _geometry, _log, _motion
+from scripts.stress.random_contacts import _geometry, _log, random_motion
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Problem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -43,7 +43,7 @@ def random_relaxing(seed: int) -> Problem:
     if rng.random() < 0.5:
         lower, upper = upper, lower
     problem = replace(problem, lower=lower, upper=upper)
-    problem = replace(problem, motion=_motion(rng, problem))
+    problem = replace(problem, motion=random_motion(rng, problem))
     if rng.random() < HOT_SHARE:
         warm = [_warm(rng, body) for body in (lower, upper)]
         problem = replace(problem, lower=warm[0], upper=warm[0] if upper == lower else warm[1],

@@ -23,6 +23,7 @@ from thermoroll_cli.problem.geometry import Geometry
 CASES = Path(__file__).parents[2] / "cases"
 
 MECHANICAL_TEMPLATES = ("twin-disc-wear", "locomotive")
+OTHER_TEMPLATES = (*MECHANICAL_TEMPLATES, "wheelset", "bearing", "line-contact")
 
 
 @pytest.fixture
@@ -114,7 +115,7 @@ def test_a_pipe_to_which_nobody_writes_is_not_waited_for(tmp_path: Path, case: P
     assert done.returncode == 3 and "two points at least, here are 0" in done.stderr
 
 
-@pytest.mark.parametrize("template", [name for name in TEMPLATES if name not in (*MECHANICAL_TEMPLATES, "wheelset", "bearing")])
+@pytest.mark.parametrize("template", [name for name in TEMPLATES if name not in OTHER_TEMPLATES])
 def test_everything_a_template_offers_in_comments_works(template: str, tmp_path: Path) -> None:
     """What stands behind `# ` becomes part of the case, in place of what it says it replaces."""
     text = call("init", "-", "--template", template).stdout

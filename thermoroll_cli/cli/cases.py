@@ -25,6 +25,7 @@ TEMPLATES = {
     "ball-bearing": "a ball in a grooved raceway, with spin",
     "bearing": "a ball bearing with all its balls",
     "roller": "a roller with a logarithmic crown",
+    "line-contact": "two spur gears, as all bodies that are long across rolling",
     "traction-drive": "two rollers near their largest force",
     "twin-disc": "two discs that turn and get hot",
     "twin-disc-wear": "two discs that wear",

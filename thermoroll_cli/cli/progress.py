@@ -12,7 +12,7 @@ from typing import Any, Self
 from thermoroll_cli.cli import streams
 from thermoroll_cli.files.case_errors import printable
 
-Step = tuple[str, tuple[int, int]]
+Step = tuple[str, tuple[int, ...]]
 """A stage on a grid, as `Plan.steps` lists them."""
 
 

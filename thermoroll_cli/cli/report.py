@@ -162,19 +162,20 @@ def of_result(result: Result, name: str) -> Section:
         what = [f"A {result.assembly}{' on its track' if result.assembly == 'wheelset' else ''}, with {count} "
                 f"patch{'' if count == 1 else 'es'} of contact."]
     else:
-        load = f"load {number(problem.normal_force)} N" if problem.approach is None else (
+        load = f"load {problem.force_text(problem.normal_force)}" if problem.approach is None else (
             f"approach {number(1e6 * problem.approach)} µm")
         if problem.vertical is not None:
             load = f"vertical force {number(problem.vertical)} N"
         heat = "without heat" if not problem.heating.heat else "with frictional heat" + (
             " and thermal expansion" if result.coupled is not result.isothermal else ", which does not change the contact here")
         friction = problem.friction
-        what = [f"Two bodies in rolling contact: {load}, "
+        bodies = "cylinders, a line contact per mm of length" if problem.line else "bodies in rolling contact"
+        what = [f"Two {bodies}: {load}, "
                 + (f"coefficient of friction {number(friction.coefficient)}" if friction.law is None
                    else f"friction after the law {friction.law}")
                 + f", speed {number(problem.motion.speed)} m/s, {heat}."]  # fmt: skip
     if grid := work.get("grid"):
-        what.append(f"Finest grid: {grid[0]} × {grid[1]} elements{' for each patch' if result.assembly else ''}.")
+        what.append(f"Finest grid: {' × '.join(map(str, grid))} elements{' for each patch' if result.assembly else ''}.")
 
     def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
         draw(result, folder / "picture", kinds=kinds, formats=formats, dpi=DPI)

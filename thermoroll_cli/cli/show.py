@@ -56,7 +56,7 @@ def show(
     if as_json:
         inputs = {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in read.inputs}
         planned = {} if plan is None else {
-            "run": plan.run, "skipped": plan.skipped, "grid": plan.grid, "memory_bytes": _memory(read, plan),
+            "run": plan.run, "skipped": plan.skipped, "grid": plan.sides, "memory_bytes": _memory(read, plan),
             "seconds": plan.seconds, "picture_seconds": _picture_seconds(read, plan),
             "upper_bound": read.problem.numerics.accuracy is not None}
         streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **facts, "warnings": warnings,
@@ -80,7 +80,7 @@ def show(
         upto = f" at most, until {asked} are good to {numerics.accuracy:g}" if numerics.accuracy is not None else ""
         pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
         seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core
-        lines += "plan", *with_remarks(steps, width), f"  grid {plan.grid[0]}×{plan.grid[1]}{upto}", (
+        lines += "plan", *with_remarks(steps, width), f"  grid {'×'.join(map(str, plan.sides))}{upto}", (
             f"  {'at most ' if upto else ''}about {_memory(read, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}")
     streams.write(
         *lines, *(line for warning in warnings for line in folded(f"warning: {warning}", width)))

@@ -16,6 +16,7 @@ from thermoroll_cli.problem.names import (
     OVER_LIMIT,
     UNCERTAINTY,
     holds,
+    known_as,
     unit_end,
     unit_of,
 )
@@ -199,7 +200,8 @@ def _with_error(name: str, row: Mapping[str, Any]) -> str:
     """A scalar with its error, without spaces: a table of many columns is wide."""
     value = row.get(name, math.nan)
     if name in OVER_LIMIT:
-        error = row.get(UNCERTAINTY + OVER_LIMIT[name], math.nan) / (row["friction_limit_N"] or math.nan)
+        error = row.get(UNCERTAINTY + known_as(OVER_LIMIT[name], row), math.nan) / (
+            row[known_as("friction_limit_N", row)] or math.nan)
         return with_error(value, error).replace(" ", "")
     return scalar_text(name, {**row, name: value}).replace(" ", "")
 

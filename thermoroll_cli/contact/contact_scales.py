@@ -40,7 +40,10 @@ class ContactScales:
     `approach` (m) and `normal_force` (N). `ends` says whether the contact reaches the lower and the upper end of a profile,
     where its pressure has no upper bound; `limits` are these ends (m); `converged` says whether the coarse pressure has
     converged, and `pressure_centre` is the y (m) of its centre; `loads` has pairs of y (m) and load per width, in any unit, of
-    lines of rolling, without them it falls like a parabola."""
+    lines of rolling, without them it falls like a parabola.
+
+    A line contact has no length across: that along x stands for it, area and normal force are per m of length, and the approach
+    is that of a sphere of the same half-width."""
 
     semi_axis_x: float
     semi_axis_y: float
@@ -59,6 +62,9 @@ class ContactScales:
 
     @classmethod
     def of_hertz(cls, hertz: HertzContact) -> ContactScales:
+        if math.isinf(hertz.semi_axis_y):
+            a = hertz.semi_axis_x
+            return cls(a, a, hertz.peak_pressure, a * a * hertz.curvature_x, hertz.normal_force, hertz.area, a)
         return cls(hertz.semi_axis_x, hertz.semi_axis_y, hertz.peak_pressure, hertz.approach, hertz.normal_force, hertz.area,
                    hertz.mean_radius)
 

@@ -42,7 +42,8 @@ class HertzContact:
 
     Fields: `semi_axis_x`, `semi_axis_y` = a0, b0 of the contact ellipse (m); `peak_pressure` = p0 (Pa); `approach` = δ,
     by which the remote parts of the bodies come closer (m); and the inputs `curvature_x`, `curvature_y` (1/m),
-    `contact_modulus` = E* (Pa), `normal_force` = W (N). Made by `hertz_contact`.
+    `contact_modulus` = E* (Pa), `normal_force` = W (N). Made by `hertz_contact`. Of cylinders (`curvature_y` = 0) b0 is inf, W
+    is per length (N/m), and δ, which is not defined, is nan.
     """
 
     semi_axis_x: float
@@ -56,7 +57,9 @@ class HertzContact:
 
     @property
     def area(self) -> float:
-        """Contact area A_c0 = π a0 b0."""
+        """Contact area A_c0 = π a0 b0; of cylinders 2 a0 per length."""
+        if math.isinf(self.semi_axis_y):
+            return 2.0 * self.semi_axis_x
         return math.pi * self.semi_axis_x * self.semi_axis_y
 
     @property
@@ -138,8 +141,14 @@ def hertz_contact(curvature_x: float, curvature_y: float, contact_modulus: float
     Parameters: relative curvatures κ = 1/R' along x and y (1/m), the contact modulus E* with
     1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂ (Pa), and the normal force W (N).
 
-    Raises ValueError if any of them is not positive and finite.
+    With κ_y = 0 the bodies are cylinders and W is per length (`line_contact`).
+
+    Raises ValueError if any other of them is not positive and finite.
     """
+    if curvature_y == 0.0:
+        line = line_contact(curvature_x, contact_modulus, normal_force)
+        return HertzContact(line.half_width, math.inf, line.peak_pressure, math.nan, line.curvature, 0.0, line.contact_modulus,
+                            line.load_per_length)
     check_positive(curvature_x=curvature_x, curvature_y=curvature_y, contact_modulus=contact_modulus,
                    normal_force=normal_force)
     t = _log_aspect_ratio(math.log(curvature_x) - math.log(curvature_y))
@@ -230,15 +239,18 @@ ROW_POINTS = 6
 def element_averages(hertz: HertzContact, x_edges: Array, y_edges: Array) -> tuple[Array, Array]:
     """Element averages of p in Pa and covered fractions, both (nx, ny), for elements between the given edges (m).
 
-    Both are integrated in closed form along x and by Gauss points across each row.
+    Both are integrated in closed form along x and by Gauss points across each row; cylinders have one row, without ends.
     """
     a, b = hertz.semi_axis_x, hertz.semi_axis_y
     nodes, weights = leggauss(ROW_POINTS)
-    low = np.clip(y_edges[:-1], -b, b)
-    high = np.clip(y_edges[1:], -b, b)
-    share = (high - low) / np.diff(y_edges)  # part of each row's width inside the ellipse
-    y = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * nodes
-    chord = np.sqrt(np.maximum(1.0 - (y / b) ** 2, 0.0))  # half-chord over a, (ny, points)
+    if math.isinf(b):
+        share, chord = np.ones(1), np.ones((1, ROW_POINTS))
+    else:
+        low = np.clip(y_edges[:-1], -b, b)
+        high = np.clip(y_edges[1:], -b, b)
+        share = (high - low) / np.diff(y_edges)  # part of each row's width inside the ellipse
+        y = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * nodes
+        chord = np.sqrt(np.maximum(1.0 - (y / b) ** 2, 0.0))  # half-chord over a, (ny, points)
     safe = np.where(chord > 0.0, chord, 1.0)
     ratio = np.clip(x_edges[:, None, None] / (a * safe), -1.0, 1.0)
     # Antiderivative of sqrt(c² − ξ²) in ξ = x/a.
@@ -261,9 +273,13 @@ def shear_gradients(hertz: HertzContact, isotropic: float, directional: float) -
         ∂u_x/∂x = c_xx x,   ∂u_y/∂x = c_xy y   under (p, 0);      ∂u_x/∂x = c_xy y,   ∂u_y/∂x = c_yy x   under (0, p).
 
     `isotropic` and `directional` are Σ(1−ν)/(2πG) and Σν/(2πG) in 1/Pa (`ShearCompliance`). The kernels 1/r, x²/r³, y²/r³
-    and xy/r³ of Cerruti's solution have g = 2π, 2π sin²θ, 2π cos²θ and −2π sin θ cos θ.
+    and xy/r³ of Cerruti's solution have g = 2π, 2π sin²θ, 2π cos²θ and −2π sin θ cos θ. Between cylinders c_xx, c_yy are
+    −2π p0/a0 times `isotropic`, and times the sum of both.
     """
     a, b = hertz.semi_axis_x, hertz.semi_axis_y
+    if math.isinf(b):
+        along = -2.0 * math.pi * hertz.peak_pressure / a
+        return along * isotropic, along * (isotropic + directional), 0.0
     points = POINTS_PER_ASPECT * math.ceil(4.0 + max(a / b, b / a))
     theta = 2.0 * math.pi / points * np.arange(points)
     cc, ss = np.cos(theta) ** 2, np.sin(theta) ** 2

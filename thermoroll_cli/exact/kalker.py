@@ -152,9 +152,13 @@ def full_slip_creepages(
         ξ_x, ξ_y = μp0/(G a0 b0²) ∫_0^π f(θ) sin²θ (cos²θ/a0² + sin²θ/b0²)^(−3/2) dθ,
         f_x = 1 − ν sin²θ,   f_y = 1 − ν cos²θ;     circle: ξ_x = π(4 − 3ν)μp0/(8G), ξ_y = π(4 − ν)μp0/(8G).
 
-    Exact for ν = 0, where the slip is parallel to the creepage everywhere. G and ν are combined constants.
+    Exact for ν = 0, where the slip is parallel to the creepage everywhere, and between cylinders, where it is 2μp0(1−ν)/G and
+    2μp0/G. G and ν are combined constants.
     """
     a, b = contact.semi_axis_x, contact.semi_axis_y
+    if math.isinf(b):
+        across = 2.0 * friction * contact.peak_pressure / shear_modulus
+        return (1.0 - poisson_ratio) * across, across
     # the parametric angle ψ, tan θ = sqrt(b/a) tan ψ, leaves a smooth periodic integrand: trapezoidal sum
     count = 2000
     psi = (np.arange(count) + 0.5) * (math.pi / count)

@@ -6,7 +6,7 @@ import difflib
 import math
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -18,7 +18,8 @@ from thermoroll_cli.files.case_bearing import REFUSED
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
 from thermoroll_cli.files.case_history import HistoryTable
-from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
+from thermoroll_cli.files.case_line import LOAD
+from thermoroll_cli.files.case_model import EXCLUSIVE, LOADS, Settings
 from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
@@ -102,7 +103,8 @@ class _Checker:
             if given is not None and self.source.get(path) is not None:
                 message = f"cannot be given together with {first}{self.source.line_of(path)}"
                 self._note(key_path(second), message, allowed=allowed, at_key=isinstance(given, dict))
-        for body in BODIES if isinstance(self.content.get("geometry"), dict) else ():
+        long = self.source.get(key_path(LOAD)) is not None
+        for body in BODIES if isinstance(self.content.get("geometry"), dict) and not long else ():
             # Across rolling each body has a radius, or a profile.
             key, profile, given = f"{body}_radius_y_mm", f"{body}_profile", self.content["geometry"]
             if not {key, profile} & {*given, *self._meant(("geometry",), given)}:
@@ -124,7 +126,7 @@ class _Checker:
         if numerics.grid is None and numerics.accuracy is None:
             sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
         for way in ("longitudinal", "lateral") if sections["wheelset"] is None and sections["bearing"] is None else ():
-            if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None:
+            if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None and getattr(force, f"{way}_N_mm") is None:
                 creepage = creepage.model_copy(update={way: 0.0})
         # Every part of it has been checked.
         settings = Settings.model_construct(title=self.content.get("title", ""), **sections | {"creepage": creepage})
@@ -229,14 +231,13 @@ class _Checker:
                 self._note(("geometry",), "the table [geometry] is missing",
                            hint=f"add {', '.join(known_keys(('geometry',)))}; or [track] and [wheelset]; or [bearing]")
             load = self.content.get("load")
-            loads = {"normal_N", "approach_um", "vertical_N"}
-            if isinstance(load, dict) and not loads & {*load, *self._meant(("load",), load)}:
+            if isinstance(load, dict) and not {*LOADS} & {*load, *self._meant(("load",), load)}:
                 self._note(("load", "normal_N"), "is missing", allowed=allowed_values(("load", "normal_N")), at_key=True)
             return
         for table in ("track", "wheelset"):
             if table not in given:
                 self._note((table,), f"the table [{table}] is missing", hint=f"add {', '.join(known_keys((table,)))}")
-        for path in map(key_path, ("geometry", "load.normal_N", "load.approach_um", "load.vertical_N", "creepage", "force")):
+        for path in (("geometry",), *(("load", key) for key in LOADS), ("creepage",), ("force",)):
             if self.source.get(path) is not None:
                 self._note(path, "cannot be given together with [wheelset], from which it follows",
                            allowed="[track] and [wheelset] without it, or one contact without them", at_key=True)
@@ -364,10 +365,11 @@ def _missing_table(name: str, field: FieldInfo) -> str:
     return f"add {', '.join(known_keys((name,)))}" if field.is_required() else ""
 
 
-def _same_quantity(key: str, known: Iterable[str]) -> str:
-    """The known key that differs from `key` in its unit only."""
+def _same_quantity(key: str, known: Collection[str]) -> str:
+    """The known key that differs from `key` in its unit only; "" where one differs in capitals alone."""
     wanted = quantity_of(key).lower()
-    return next((name for name in known if quantity_of(name).lower() == wanted and name.lower() != key.lower()), "")
+    alike = {name.lower(): name for name in known if quantity_of(name).lower() == wanted}
+    return "" if key.lower() in alike else next(iter(alike.values()), "")
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:

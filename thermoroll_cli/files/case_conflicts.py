@@ -16,6 +16,7 @@ from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import BearingTable, bearing_faults
 from thermoroll_cli.files.case_errors import Fault, KeyPath
 from thermoroll_cli.files.case_history import STATES, HistoryTable, history_faults
+from thermoroll_cli.files.case_line import LOAD, is_line, line_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
@@ -24,6 +25,7 @@ from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     BEARING_SCALARS,
     GROUPS,
+    LINE_SCALARS,
     SCALARS,
     SUBSURFACE_SCALARS,
     TOGETHER,
@@ -71,7 +73,7 @@ def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
     checks = (
         _convexity, _vertical_force, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings,
         _relaxation,
-        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _bearing, _history, _speed,
+        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _bearing, _history, _line, _speed,
         _accuracy_of)  # fmt: skip
     return {check: tuple(inspect.signature(check).parameters) for check in checks}
 
@@ -84,14 +86,17 @@ def heat_is_on(sections: Sections) -> bool:
     return any(getattr(material, key) is not None for _, material in _materials(sections) for key in THERMAL_CONSTANTS)
 
 
-def _convexity(geometry: model.GeometryTable) -> Iterator[Conflict]:
+def _convexity(sections: Sections, geometry: model.GeometryTable) -> Iterator[Conflict]:
     for axis in "xy":
         lower_key, upper_key = (f"{body}_radius_{axis}_mm" for body in BODIES)
         lower, upper = getattr(geometry, lower_key), getattr(geometry, upper_key)
         if lower is None or upper is None or (curvature := 1.0 / lower + 1.0 / upper) > 0.0:
             continue
         if math.isinf(lower) and math.isinf(upper):
-            reason, hint = "both bodies are flat", "give one body a finite radius"
+            if axis == "y" and is_line(sections):
+                continue
+            reason, hint = "both bodies are flat", "give one body a finite radius" + (
+                f", or a load per length, {LOAD}, for a line contact" if axis == "y" else "")
         else:
             reason = f"1/{lower:g} + 1/{upper:g} = {curvature:.4g} 1/mm"
             hint = "a concave radius must be larger than the convex radius of the other body"
@@ -135,14 +140,16 @@ def _accuracy_of(numerics: model.NumericsTable, sections: Sections) -> Iterator[
         return
     heated = "thermal" in sections and heat_is_on(sections)
     missing = {"temperatures": not heated, "wear": sections.get("wear") is None}
-    there = dict(SCALARS) | ({} if sections.get("subsurface") is None else SUBSURFACE_SCALARS) | (
+    there = (LINE_SCALARS if is_line(sections) else SCALARS) | (
+        {} if sections.get("subsurface") is None else SUBSURFACE_SCALARS) | (
         {} if sections.get("wheelset") is None else WHEELSET_SCALARS | TOGETHER) | (
         {} if sections.get("bearing") is None else BEARING_SCALARS | TOGETHER)
     groups = [group for group in GROUPS if not missing.get(group)]
     without = {name for group in GROUPS if missing.get(group) for name in GROUPS[group]}
     if not heated:
-        without |= {name for name, scalar in SCALARS.items() if scalar.kind == "exchanged heat"}
-    names = [name for name, scalar in there.items() if name not in without and (scalar.kind or name not in SCALARS)]
+        without |= {name for name, scalar in there.items() if scalar.kind == "exchanged heat"}
+    names = [name for name, scalar in there.items()
+             if name not in without and (scalar.kind or name not in SCALARS | LINE_SCALARS)]
     path, allowed = ("numerics", "accuracy_of"), f"{', '.join(groups)}, or scalars: {', '.join(names)}"
     if not numerics.accuracy_of:
         yield Conflict(path, "is empty", allowed)
@@ -462,6 +469,19 @@ def _subsurface(sections: Sections, subsurface: model.SubsurfaceTable) -> Iterat
     elif thermal is not None and thermal.peclet == "sliding":
         yield Conflict(("subsurface", "thermal"), 'thermal stresses are not computed with peclet = "sliding" in [thermal]',
                        'false, or peclet = "rolling" or "stationary"', other=("thermal", "peclet"))
+
+
+def _line(sections: Sections) -> Iterator[Conflict]:
+    for path, message, allowed in line_faults(sections):
+        yield Conflict(path, message, allowed, at_key=True)
+    if not is_line(sections):
+        return
+    for path, message, allowed in _homogeneous(sections, "is not computed for line contacts"):
+        yield Conflict(path, message, allowed, at_key=True)
+    thermal = sections.get("thermal")
+    if thermal is not None and thermal.heat and thermal.peclet != "rolling":
+        yield Conflict(("thermal", "peclet"), "a line contact has no steady temperature where its heat rests on a body",
+                       '"rolling", or heat = false')
 
 
 def _homogeneous(sections: Sections, message: str) -> Iterator[Fault]:

@@ -133,9 +133,11 @@ class GeometryTable(Table):
 
 
 class LoadTable(Table):
-    """Normal load, and the coefficient of friction."""
+    """Normal load, of a line contact per length, and the coefficient of friction."""
 
     normal_N: float | None = quantity("Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
+    normal_N_mm: float | None = quantity("Normal load per length of bodies that are long across rolling: a line contact; "
+                                         "instead of normal_N", None, ge=1e-15, le=1e15)  # fmt: skip
     approach_um: float | None = quantity("Approach of the bodies, which determines the load; instead of normal_N", None,
                                          ge=1e-9, le=1e9)  # fmt: skip
     vertical_N: float | None = quantity("Vertical force of a conformal contact, traction included; instead of normal_N", None,
@@ -144,6 +146,8 @@ class LoadTable(Table):
                                                   None, ge=0, le=10)  # fmt: skip
 
 
+LOADS = ("normal_N", "normal_N_mm", "approach_um", "vertical_N")
+"""Keys of which a contact has one."""
 OVER_ANGLE = "[degrees, coefficient], degrees increasing from -180 to 180, coefficients from 0 to 10"
 
 
@@ -225,6 +229,8 @@ class ForceTable(Table):
 
     longitudinal_N: float | None = quantity("Longitudinal force", None, ge=-1e15, le=1e15)
     lateral_N: float | None = quantity("Lateral force", None, ge=-1e15, le=1e15)
+    longitudinal_N_mm: float | None = quantity("Longitudinal force per length of a line contact", None, ge=-1e15, le=1e15)
+    lateral_N_mm: float | None = quantity("Lateral force per length of a line contact", None, ge=-1e15, le=1e15)
 
 
 class RecirculationTable(Table):
@@ -399,8 +405,8 @@ class Settings(Head):
 EXCLUSIVE = (
     ("numerics.grid", "numerics.accuracy", "a grid, or an accuracy for which a grid is picked"),
     ("numerics.grid", "numerics.accuracy_of", "a grid, or scalars whose accuracy picks one"),
-    *((f"creepage.{way}", f"force.{way}_N", "a force, or a creepage, in each direction")
-      for way in ("longitudinal", "lateral")),
+    *((f"creepage.{way}", f"force.{way}_{unit}", "a force, or a creepage, in each direction")
+      for way in ("longitudinal", "lateral") for unit in ("N", "N_mm")),
     *((f"{table}.points_mm", f"{table}.file", "points, or a file of them")
       for table in ("track.rail_profile", "wheelset.wheel_profile")),
     *((f"geometry.{body}_radius_y_mm", f"geometry.{body}_profile", "a lateral radius or a profile") for body in BODIES),
@@ -414,6 +420,9 @@ EXCLUSIVE = (
     ("load.normal_N", "load.approach_um", "a normal load, or an approach"),
     ("load.normal_N", "load.vertical_N", "a normal load, or a vertical force"),
     ("load.approach_um", "load.vertical_N", "an approach, or a vertical force"),
+    ("load.normal_N", "load.normal_N_mm", "a normal load, or one per length"),
+    ("load.normal_N_mm", "load.approach_um", "a load per length: a line contact has no approach"),
+    ("load.normal_N_mm", "load.vertical_N", "a load per length, or a vertical force"),
     *(("load.friction_coefficient", f"friction.{key}", "one coefficient of friction, or one of each place")
       for key in ("over_angle", "across")),
     ("bearing.load.axial_N", "bearing.load.axial_displacement_um", "an axial load, or an axial displacement"),

@@ -31,7 +31,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
         lower=lower,
         upper=upper,
         geometry=_geometry(geometry, lower, upper),
-        normal_force=load.normal_N or load.vertical_N or 1.0,
+        normal_force=load.normal_N or load.si("normal_N_mm") or load.vertical_N or 1.0,
         friction=_friction(friction, settings.coefficient_at_rest),
         motion=si.Motion(
             **{"speed": 1.0, **settings.rolling.in_si()},
@@ -39,8 +39,8 @@ def problem_of(settings: model.Settings) -> si.Problem:
             creepage_y=creepage.lateral,
             spin=creepage.si("spin_rad_mm"),
             at=creepage.at,
-            force_x=force.longitudinal_N,
-            force_y=force.lateral_N,
+            force_x=force.longitudinal_N if force.longitudinal_N_mm is None else force.si("longitudinal_N_mm"),
+            force_y=force.lateral_N if force.lateral_N_mm is None else force.si("lateral_N_mm"),
         ),
         heating=si.Heating(
             heat=thermal.heat,
@@ -98,8 +98,8 @@ def _wheel_on_rail(wheelset: WheelsetTable | None, bearing: BearingTable | None)
                                    lower_radius_y_mm=-bearing.conformity_inner * bearing.ball_diameter_mm,
                                    upper_radius_x_mm=radius, upper_radius_y_mm=radius)
     assert wheelset is not None
-    return model.GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf, upper_radius_y_mm=math.inf,
-                               upper_radius_x_mm=wheelset.nominal_radius_mm)
+    return model.GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf,
+                               upper_radius_x_mm=wheelset.nominal_radius_mm, upper_radius_y_mm=wheelset.nominal_radius_mm)
 
 
 def material_of(table: model.MaterialTable) -> si.Material:

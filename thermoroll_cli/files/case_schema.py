@@ -9,7 +9,7 @@ import re
 from typing import Any
 
 from thermoroll_cli.files.case_errors import KeyPath
-from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
+from thermoroll_cli.files.case_model import EXCLUSIVE, LOADS, Settings
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES
 
@@ -95,14 +95,16 @@ def _schema() -> Entry:
     schema["title"] = "thermoroll case"
     tables = schema["$defs"]
     schema["properties"]["material"] = _material(schema["properties"]["material"], tables)
-    geometry = tables["Geometry"]
-    geometry["allOf"] = [{"if": {"not": {"required": [f"{body}_profile"]}}, "then": {"required": [f"{body}_radius_y_mm"]}}
-                         for body in BODIES]  # fmt: skip
+    across = [{"if": {"not": {"required": [f"{body}_profile"]}}, "then": {"required": [f"{body}_radius_y_mm"]}}
+              for body in BODIES]  # fmt: skip
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
     of_contact = {"if": {"not": {"anyOf": [{"required": ["track"]}, {"required": ["wheelset"]}]}},
-                  "then": {"required": ["geometry"], "properties": {"load": {
-                      "if": {"not": {"anyOf": [{"required": ["approach_um"]}, {"required": ["vertical_N"]}]}},
-                      "then": {"required": ["normal_N"]}}}},
+                  "then": {"required": ["geometry"],
+                           "properties": {"load": {
+                               "if": {"not": {"anyOf": [{"required": [key]} for key in LOADS[1:]]}},
+                               "then": {"required": LOADS[:1]}}},
+                           "if": {"properties": {"load": {"not": {"required": ["normal_N_mm"]}}}},
+                           "then": {"properties": {"geometry": {"allOf": across}}}},
                   "else": {"required": ["track", "wheelset"]}}
     schema["allOf"] = [{"if": {"not": {"required": ["bearing"]}},
                         "then": {"required": ["rolling"], "properties": {"rolling": {"required": ["speed_m_s"]}},

@@ -4,6 +4,9 @@ All surface displacements of a half-space follow from three integrals over the l
     I_xx = ∬ (x−x')²/r³,   I_yy = ∬ (y−y')²/r³,   I_xy = ∬ (x−x')(y−y')/r³,      I_xx + I_yy = ∬ 1/r,
 and, for the coupling of pressure with tangential and of shear with normal displacement, from J_x = ∬ (x−x')/r² and
 J_y = ∬ (y−y')/r².
+
+A rectangle with dy = inf is a strip without ends, the element of a line contact: no element lies beside it, and the kernels are
+those of plane strain and anti-plane shear. I_xx and I_yy are then known up to a constant, which moves both bodies as a whole.
 """
 
 from __future__ import annotations
@@ -100,8 +103,15 @@ def rectangle_integrals(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, 
     both offsets, I_xy is odd in both. Source: Johnson, Contact Mechanics, 3.2–3.3 (Love's closed form).
 
     y·ln(x+r) is written as y·asinh(x/|y|): the difference y·ln|y| drops out over a rectangle, and asinh does not cancel
-    for x < 0.
+    for x < 0. Of a strip I_xx = 2 dx is constant, and left out, and I_yy = −2 ∫ ln|x−x'| dx' is zero at the last offset, so
+    that it is nowhere negative.
     """
+    if math.isinf(dy):
+        ends = np.abs(np.arange(nx + 1) - 0.5)
+        strip = -2.0 * dx * np.diff(np.sign(np.arange(nx + 1) - 0.5) * ends * np.log(ends))
+        i_yy = np.zeros((nx, ny))
+        i_yy[:, 0] = strip - strip[-1]
+        return np.zeros((nx, ny)), i_yy, np.zeros((nx, ny))
     x, y = _corners(nx, ny, dx, dy)
     i_xx = _cell_difference(y * np.arcsinh(x / np.abs(y)))
     i_yy = _cell_difference(x * np.arcsinh(y / np.abs(x)))
@@ -149,9 +159,14 @@ def coupling_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Arra
         u_x^p = −k_2 J_x p + k_1 J_x p  =  K J_x p            u_y^p = K J_y p
         u_z^τ = k_1 (−J·τ) + k_2 (J·τ)  = −K (J_x τ_x + J_y τ_y)      (inwards, both bodies: opens the gap like u_z^e).
 
-    J is antisymmetric, so both blocks together are symmetric, as they must be. In a long strip along y, ∂u_x^p/∂x = 2πK p:
+    J is antisymmetric, so both blocks together are symmetric, as they must be. In a long strip along y J_x is π dx on either
+    side, ∂u_x^p/∂x = 2πK p:
     Bentall & Johnson's ½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂] p. A softer lower body (K > 0) slips backwards in free rolling, F_x < 0.
     """
+    if math.isinf(dy):
+        step = np.zeros((nx, ny))
+        step[1:, 0] = math.pi * dx
+        return step, np.zeros((nx, ny))
     x, y = _corners(nx, ny, dx, dy)
     length = math.sqrt(dx * dy)  # a common factor in the logarithm drops out; near 1 it costs the fewest digits
     log = np.log(np.hypot(x, y) / length)

@@ -24,6 +24,10 @@ q(ξ) = q + s ξ with ξ from −½ to ½, removes it. Its response is that of `
     g(x; τ, 1) = ∫ G(x − ξ) dξ      replaced by      m(x; τ) = ∫ ξ G(x − ξ) dξ = x g + 2τ² [G(x + ½) − G(x − ½)],
 
 with the Gaussian G = exp(−x²/4τ²)/(2τ sqrt(π)) to which heat released at once has spread.
+
+With b = inf the element is a strip without ends, of a line contact, and the grid has one element across: gy is 1. T is then
+e^{Px/2} K₀(|P x|/2)/π of a moving line source, integrated over the element, and U, up to a constant, (2/P)(e^{−z} I₀(z) − 1) at
+z = |P x|/2 upstream and 0 downstream, since Φ = e^{P min(x, 0)}/P. Material at rest has no steady state.
 """
 
 from __future__ import annotations
@@ -33,7 +37,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import erf, wrightomega
+from scipy.special import erf, i0e, i1e, wrightomega
 
 from thermoroll_cli.arrays import Array
 
@@ -83,6 +87,7 @@ def temperature_at_depths(x: Array, y: Array, depths: Array, aspect: float, pecl
 
     The integrand of T over time gains the factor exp(−z²/4τ²)."""
     if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
+        _check_moving(aspect)
         return np.stack([stationary_temperature(x, y, aspect, float(z)) for z in depths])
     return 2.0 / math.sqrt(math.pi) * time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
 
@@ -96,6 +101,8 @@ def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_
     """
     x, y = offsets(nx, ny, aspect, peclet_x, peclet_y)
     peclet, size = math.hypot(peclet_x, peclet_y), extent(x, y, aspect)
+    if math.isinf(aspect):
+        return _strip_displacement(x, peclet_x)
     if peclet * size < STATIONARY_PECLET:
         table = stationary_displacement(x, y, aspect)
         if peclet > 0.0:
@@ -112,6 +119,26 @@ def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_
     growth = aspect / math.pi * (np.log(np.cosh(nodes[last + 1 :])) - math.log(math.cosh(nodes[last])))
     table += weights[last + 1 :].sum() * phi + weights[last + 1 :] @ growth
     return mirrored(table, ny)
+
+
+def _strip_displacement(x: Array, peclet: float) -> Array:
+    """U of a strip at the offsets x (n,), (n, 1), up to a constant: ∫ e^{−z} I₀(z) dz = z e^{−z} (I₀ + I₁)."""
+    if abs(peclet) * float(np.abs(x).max()) < STATIONARY_PECLET:
+        _check_moving(math.inf)
+
+    def integral(upstream: Array) -> Array:
+        """∫ u dx from the source to a place so far upstream."""
+        z = 0.5 * abs(peclet) * np.maximum(upstream, 0.0)
+        return np.asarray((2.0 / peclet) ** 2 * z * (i0e(z) + i1e(z) - 1.0))
+
+    upstream = -math.copysign(1.0, peclet) * x
+    return np.asarray(integral(upstream + 0.5) - integral(upstream - 0.5))[:, None]
+
+
+def _check_moving(aspect: float) -> None:
+    """Raises ValueError for a strip on material at rest."""
+    if math.isinf(aspect):
+        raise ValueError("material at rest has no steady temperature below a source without ends")
 
 
 def angle_rule(reach: float, step: float = ANGLE_STEP) -> tuple[Array, Array, int]:
@@ -175,10 +202,12 @@ def offsets(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) -
     """Offsets at which a table has to be computed: half the lateral ones if the response is even in y."""
     if nx < 1 or ny < 1:
         raise ValueError(f"a grid needs at least one element per side, not {nx} × {ny}")
-    if not (math.isfinite(aspect) and aspect > 0.0):
-        raise ValueError(f"the aspect dy/dx must be positive and finite, not {aspect}")
+    if not (aspect > 0.0 and (math.isfinite(aspect) or ny == 1)):
+        raise ValueError(f"the aspect dy/dx must be positive, and finite for more than one element across, not {aspect}")
     if not (math.isfinite(peclet_x) and math.isfinite(peclet_y)):
         raise ValueError(f"Péclet numbers must be finite, not {peclet_x}, {peclet_y}")
+    if math.isinf(aspect):
+        return np.arange(1.0 - nx, nx), np.zeros(1)
     first = 0 if peclet_y == 0.0 else 1 - ny
     return np.arange(1.0 - nx, nx), aspect * np.arange(float(first), ny)
 
@@ -188,7 +217,8 @@ def mirrored(table: Array, ny: int) -> Array:
 
 
 def extent(x: Array, y: Array, aspect: float) -> float:
-    return max(float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect)
+    along = float(np.abs(x).max()) + 0.5
+    return along if math.isinf(aspect) else max(along, float(np.abs(y).max()) + 0.5 * aspect)
 
 
 def time_integral(
@@ -245,7 +275,7 @@ def _time_rule(
 def first_time(aspect: float, peclets: tuple[float, float]) -> float:
     """τ up to which heat has not left its element."""
     return min(length / (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * abs(speed) * length))
-               for length, speed in zip((1.0, aspect), peclets, strict=True))
+               for length, speed in zip((1.0, aspect), peclets, strict=True) if math.isfinite(length))
 
 
 def last_time(reaches: tuple[float, float], peclets: tuple[float, float]) -> float:
@@ -285,6 +315,7 @@ def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, pe
     Arguments, shape (2nx−1, 2ny−1) and errors raised are those of `temperature_table`."""
     x, y = offsets(nx, ny, aspect, peclet_x, peclet_y)
     if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
+        _check_moving(aspect)
         table = _stationary_slope(x, y, aspect)
     else:
         integral = time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=np.zeros(1), along=cell_moment)

@@ -266,7 +266,7 @@ class HeatResponse:
 
 def thermal_admittance(grid: Grid, body: HeatedBody, speed: float) -> float:
     """Relative thermal admittance of a body at the size of the grid: k for material at rest, k sqrt(P) for fast material."""
-    size = 0.5 * math.sqrt(grid.nx * grid.dx * grid.ny * grid.dy)
+    size = 0.5 * grid.size
     return body.conductivity * math.sqrt(1.0 + abs(speed) * size / body.diffusivity)
 
 

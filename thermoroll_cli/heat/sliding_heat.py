@@ -121,7 +121,7 @@ class SlidingHeatResponse:
 
     def mean_peclet(self, flux: Array) -> float:
         """Mean of |ṡ| l/κ, weighted with `flux`, of the body with the larger one; l is half the side of the grid."""
-        size = 0.5 * math.sqrt(self.grid.nx * self.grid.dx * self.grid.ny * self.grid.dy)
+        size = 0.5 * self.grid.size
         slowest = min(body.diffusivity for body in self.bodies)
         return float((self._slip_speed * flux).sum() / flux.sum()) * size / slowest
 

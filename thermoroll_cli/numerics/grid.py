@@ -22,11 +22,17 @@ class Domain(NamedTuple):
     centre: float = 0.0
     centre_x: float = 0.0
 
+    @property
+    def area(self) -> float:
+        """Area in m²; of a line contact, whose `side_y` is inf, per m of length."""
+        return self.side_x * (1.0 if math.isinf(self.side_y) else self.side_y)
+
 
 @dataclass(frozen=True)
 class Grid:
     """`nx` × `ny` rectangular elements of `dx` × `dy` (m), centred on x = `centre_x`, y = `centre`; arrays are indexed
-    [ix, iy]."""
+    [ix, iy]. The elements of a line contact have no end across: `ny` is 1 and `dy` is inf, and all areas and sums over them are
+    per m of length."""
 
     nx: int
     ny: int
@@ -46,8 +52,20 @@ class Grid:
         return self.nx, self.ny
 
     @property
+    def sides(self) -> tuple[int, ...]:
+        """`shape` without the side of a line contact, which has one element."""
+        return self.shape[: 1 if math.isinf(self.dy) else 2]
+
+    @property
     def element_area(self) -> float:
-        return self.dx * self.dy
+        """Area of an element in m²; of a line contact per m of length."""
+        return self.dx * (1.0 if math.isinf(self.dy) else self.dy)
+
+    @property
+    def size(self) -> float:
+        """Side in m of a square of the same area; the length of a line contact."""
+        return math.sqrt(math.prod(n * side for n, side in zip(self.shape, (self.dx, self.dy), strict=True))) if (
+            len(self.sides) > 1) else self.nx * self.dx
 
     @cached_property
     def x(self) -> Array:
@@ -57,6 +75,8 @@ class Grid:
     @cached_property
     def y(self) -> Array:
         """Element centres along y, shape (ny,)."""
+        if self.ny == 1:
+            return np.array([self.centre])
         return np.asarray((np.arange(self.ny) - 0.5 * (self.ny - 1)) * self.dy + self.centre, dtype=np.float64)
 
     def rows_with(self, margin: int) -> Array:
@@ -87,6 +107,9 @@ def value_at(grid: Grid, field: Array, x: float, y: float) -> float:
     Beside a steep edge cubics overshoot: a value exceeds those of the four only where the inner two exceed the outer ones, by
     an eighth of that at most, as a parabola does."""
     for points, place in ((grid.x, x), (grid.y, y)):
+        if len(points) == 1:
+            field = field[0]
+            continue
         first = int(np.clip(np.searchsorted(points, place) - 2, 0, max(len(points) - 4, 0)))
         near, values = points[first : first + 4], field[first : first + 4]
         weights = np.array([np.prod([(place - b) / (a - b) for b in near if b != a]) for a in near])

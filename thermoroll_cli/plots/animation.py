@@ -17,8 +17,10 @@ from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import words_of
+from thermoroll_cli.problem.names import known_as, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import FORCES
 
 
 def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, values: Sequence[float]) -> pathlib.Path:
@@ -28,8 +30,9 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
     if any("shear_x" not in result.fields for result in results):
         raise ValueError("an animation shows tractions of one contact, which these points have not")
     order, at = np.argsort(values, kind="stable"), np.asarray(values, dtype=float)
-    largest, sides = max(float(_shear(each).max()) for each in results), np.array([_extent(each) for each in results])
-    force = np.array([math.hypot(each.numbers["force_x_N"], each.numbers["force_y_N"]) for each in results])
+    largest = max(float(_shear(each).max()) for each in results)
+    along, across = (known_as(name, results[0].numbers) for name in FORCES)
+    force = np.array([math.hypot(each.numbers[along], each.numbers[across]) for each in results])
     rise = np.array([max(each.numbers.get(f"temperature_rise_max_{body}_K", np.nan) for body in BODIES) for each in results])
     images = []
     with style.applied():
@@ -37,18 +40,10 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
             result, canvas = results[current], FigureCanvasAgg(Figure(figsize=(150.0 * style.MM, 66.0 * style.MM), dpi=100))
             contact = style.add_axes(canvas.figure, 0.55, 0.45, 2.1, 1.9)
             forces = style.add_axes(canvas.figure, 3.45, 0.45, 1.75, 1.9)
-            contact.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis")
-            state = result.fields["state"]
-            for inside, colour in ((state > 0, "white"), (state == 1, style.AFTER)):
-                if inside.any() and not inside.all():
-                    contact.contour(1e3 * result.x, 1e3 * result.y, inside.T.astype(float), [0.5], colors=colour,
-                                    linewidths=1.2)
-            contact.set(xlim=(sides[:, 0].min(), sides[:, 1].max()), ylim=(sides[:, 2].min(), sides[:, 3].max()),
-                        aspect="equal", xlabel="x (mm), material flow →", ylabel="y (mm)", facecolor="0.2")
+            (_map if len(result.y) else _line)(contact, result, results, largest)
             style.few_ticks(contact, 4, 4)
-            contact.set_title("shear traction; orange: stick border")
             _curve(forces, at[order], force[order], at[current], force[current], style.BEFORE)
-            forces.set(xlabel=words_of(key), ylabel="creep force (N)")
+            forces.set(xlabel=words_of(key), ylabel=f"creep force ({unit_of(along)})")
             if np.isfinite(rise).all():
                 right = forces.twinx()
                 _curve(right, at[order], rise[order], at[current], rise[current], style.AFTER)
@@ -66,6 +61,25 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
                    duration=[160] * (len(frames) - 1) + [1200])  # fmt: skip
     write_bytes(path, content.getvalue())
     return path
+
+
+def _map(axes: Axes, result: Result, results: Sequence[Result], largest: float) -> None:
+    """Shear traction of a `result` up to the `largest`, with borders, on the domains of all `results`."""
+    axes.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis")
+    state, sides = result.fields["state"], np.array([_extent(each) for each in results])
+    for inside, colour in ((state > 0, "white"), (state == 1, style.AFTER)):
+        if inside.any() and not inside.all():
+            axes.contour(1e3 * result.x, 1e3 * result.y, inside.T.astype(float), [0.5], colors=colour, linewidths=1.2)
+    axes.set(xlim=(sides[:, 0].min(), sides[:, 1].max()), ylim=(sides[:, 2].min(), sides[:, 3].max()), aspect="equal",
+             xlabel="x (mm), material flow →", ylabel="y (mm)", facecolor="0.2")
+    axes.set_title("shear traction; orange: stick border")
+
+
+def _line(axes: Axes, result: Result, results: Sequence[Result], largest: float) -> None:
+    """Shear traction of a line contact over x."""
+    axes.plot(1e3 * result.x, 1e-6 * _shear(result))
+    axes.set(xlim=(min(1e3 * each.x[0] for each in results), max(1e3 * each.x[-1] for each in results)),
+             ylim=(0.0, 1.06e-6 * largest), xlabel="x (mm), material flow →", ylabel="shear traction (MPa)")
 
 
 def _shear(result: Result) -> AnyArray:

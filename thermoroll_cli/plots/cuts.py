@@ -68,6 +68,20 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
     return figure
 
 
+def curve_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
+    """A quantity of a line contact over x; None where it was not computed or vanishes."""
+    curves = curves_of(frame, quantity)
+    if not curves:
+        return None
+    figure = style.new_figure(style.SINGLE, 70.0 * style.MM)
+    axes = figure.subplots()
+    draw_diagram(axes, frame, quantity, curves)
+    axes.set_xlabel(flow_label(frame))
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged)
+    style.add_legend(figure, line_handles(curves))
+    return figure
+
+
 def line_handles(curves: Iterable[Curve]) -> list[Artist]:
     """Handles for the legend of `curves`, the friction limit last."""
     named = {curve.label: curve for curve in curves if curve.label}

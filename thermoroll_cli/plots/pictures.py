@@ -1,5 +1,5 @@
-"""All kinds of pictures of a run, and how they get into files. Maps of fields are those of `names.QUANTITIES`; a new kind is a
-function and a line in `KINDS`."""
+"""All kinds of pictures of a run, and how they get into files. Maps of fields, of line contacts curves over x, are those of
+`names.QUANTITIES`; a new kind is a function and a line in `KINDS`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import partial
 from matplotlib.figure import Figure
 
 from thermoroll_cli.plots.bearing_figures import axes_figure, loads_figure
-from thermoroll_cli.plots.cuts import centreline_figure, track_figure
+from thermoroll_cli.plots.cuts import centreline_figure, curve_figure, track_figure
 from thermoroll_cli.plots.maps import field_figure
 from thermoroll_cli.plots.profile_figures import profile_figure
 from thermoroll_cli.plots.run_frame import RunFrame, frame_of
@@ -24,8 +24,15 @@ from thermoroll_cli.process import safe_point
 
 Draw = Callable[[RunFrame], Figure | None]
 
+
+
+def _of_field(frame: RunFrame, quantity: Quantity) -> Figure | None:
+    """A map of a quantity; of a line contact its curve over x."""
+    return (curve_figure if frame.line else field_figure)(frame, quantity)
+
+
 KINDS: dict[str, Draw] = {
-    **{name: partial(field_figure, quantity=quantity) for name, quantity in QUANTITIES.items()},
+    **{name: partial(_of_field, quantity=quantity) for name, quantity in QUANTITIES.items()},
     "profile": profile_figure,
     "centreline": centreline_figure,
     "track": track_figure,
@@ -115,4 +122,4 @@ def _kind(name: str) -> Draw:
                          f"{', '.join((*FIELDS, *vectors))}")
     first = FIELDS[parts[0]]
     words = first.meaning.removesuffix(" along x") if len(parts) == 2 else first.meaning
-    return partial(field_figure, quantity=Quantity(name, parts, words, "", "", "viridis", "", from_zero=False))
+    return partial(_of_field, quantity=Quantity(name, parts, words, "", "", "viridis", "", from_zero=False))

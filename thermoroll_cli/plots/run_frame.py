@@ -100,13 +100,15 @@ class DrawnState:
 
     @property
     def half(self) -> tuple[float, float]:
-        """Half of an element."""
+        """Half of an element; of a line contact as wide as long."""
+        if not len(self.state.y):
+            return (0.5 * float(self.state.x[1] - self.state.x[0]),) * 2
         return 0.5 * float(self.state.x[1] - self.state.x[0]), 0.5 * float(self.state.y[1] - self.state.y[0])
 
     @property
     def domain(self) -> tuple[float, float, float, float]:
         """Smallest and largest x, y (m) to the rims of the elements."""
-        (dx, dy), x, y = self.half, self.state.x, self.state.y
+        (dx, dy), x, y = self.half, self.state.x, self.state.y if len(self.state.y) else np.zeros(1)
         return float(x[0]) - dx, float(x[-1]) + dx, float(y[0]) - dy, float(y[-1]) + dy
 
 
@@ -126,6 +128,11 @@ class RunFrame:
     turned: bool
 
     @property
+    def line(self) -> bool:
+        """Whether the contact is a line contact, whose fields are curves over x and no maps."""
+        return not len(self.last.state.y)
+
+    @property
     def last(self) -> DrawnState:
         return self.states[-1]
 
@@ -140,7 +147,8 @@ class RunFrame:
         drawn to scale anyway."""
         hertz = self.result.of_problem
         if self.normalised and math.isfinite(hertz["hertz_a_mm"]):
-            return AxisScale(1e3 / hertz["hertz_a_mm"], "", "x/a₀"), AxisScale(1e3 / hertz["hertz_b_mm"], "", "y/b₀")
+            b = hertz.get("hertz_b_mm", hertz["hertz_a_mm"])
+            return AxisScale(1e3 / hertz["hertz_a_mm"], "", "x/a₀"), AxisScale(1e3 / b, "", "y/b₀")
         left, right, bottom, top = self.domain
         sizes = [max(-left, right), max(-bottom, top)]
         if max(sizes) < LONGEST_ASPECT * min(sizes):
@@ -149,7 +157,9 @@ class RunFrame:
         return x, y
 
     def place_words(self, y: float) -> str:
-        """Where a plane or line along x at `y` (m) is."""
+        """Where a plane or line along x at `y` (m) is; "" in a line contact."""
+        if self.line:
+            return ""
         across = self.lengths[1]
         value = round(y * across.factor, 6)
         return f"{across.words} = " + (style.readable(f"{value:.3g} {across.unit}").rstrip() if value else "0")
@@ -192,9 +202,13 @@ def frame_of(result: Result, normalised: bool = False, cut_y: float | None = Non
     """
     states = [result.coupled] if result.coupled is result.isothermal else [result.isothermal, result.coupled]
     labels = [""] if len(states) == 1 else [WITHOUT, WITH]
-    drawn = tuple(DrawnState(label, state, borders_of(state.x, state.y, state.fields))
+    drawn = tuple(DrawnState(label, state, borders_of(state.x, state.y, state.fields) if len(state.y) else Borders([], []))
                   for label, state in zip(labels, states, strict=True))
     domain = _around([state.domain for state in drawn])
+    if not len(result.y):
+        if cut_y is not None:
+            raise ValueError("a line contact is the same at every y: there is no cut to choose")
+        return RunFrame(result, normalised, drawn, 0.0, domain, turned=False)
     points = [line for state in drawn for line in state.borders.contact]
     window = domain
     if points:
@@ -216,7 +230,10 @@ def frame_of(result: Result, normalised: bool = False, cut_y: float | None = Non
 
 
 def on_line(rows: Array, values: Array, y: float) -> Array:
-    """`values` (nx, ny) along x at `y`, linear between the `rows` of element centres: between which y = 0 may lie."""
+    """`values` (nx, ny) along x at `y`, linear between the `rows` of element centres: between which y = 0 may lie; those (nx,)
+    of a line contact as they are."""
+    if values.ndim == 1:
+        return values
     above = int(np.clip(np.searchsorted(rows, y), 1, rows.size - 1))
     share = float(np.clip((y - rows[above - 1]) / (rows[above] - rows[above - 1]), 0.0, 1.0))
     return np.asarray((1.0 - share) * values[:, above - 1] + share * values[:, above])

@@ -32,7 +32,7 @@ from thermoroll_cli.plots.run_frame import (
     limits_of,
     unit_for,
 )
-from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS, Quantity, Scalar
+from thermoroll_cli.problem.names import LINE_PROBLEM_SCALARS, LINE_SCALARS, PROBLEM_SCALARS, SCALARS, Quantity, Scalar
 from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, row_of, scalar_text
 
 COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 284.0 * style.MM
@@ -53,8 +53,9 @@ Map = tuple[Quantity, Array, str]
 
 
 def summary_figure(frame: RunFrame) -> Figure:
-    """The summary sheet. Maps show the state with all that feeds back; the table has both states and the error estimates."""
-    maps, slip = list(_maps(frame)), frame.last.values(SLIP)
+    """The summary sheet. Maps show the state with all that feeds back, of a line contact all are diagrams; the table has both
+    states and the error estimates."""
+    maps, slip = [] if frame.line else list(_maps(frame)), frame.last.values(SLIP)
     if len(maps) % 2 and slip is not None and slip.any():
         maps.append((SLIP, slip, ""))  # without temperatures, say, it fills the last place
     rows, remarks = _rows(frame), _remarks(frame)
@@ -63,16 +64,21 @@ def summary_figure(frame: RunFrame) -> Figure:
     side = min(50.0 * style.MM + (2 - columns) * COLUMN, 60.0 * style.MM / shape)
     step = TITLE + side * shape + AXIS
     borders = border_handles(frame, arrows=any(quantity is TRACTION for quantity, _, _ in maps))
-    cuts = [(quantity, curves) for quantity in (PRESSURE, TRACTION) if (curves := curves_of(frame, quantity))]
+    of_cuts = (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE) if frame.line else (PRESSURE, TRACTION)
+    cuts = [(quantity, curves) for quantity in of_cuts if (curves := curves_of(frame, quantity))]
     lines = line_handles(curve for _, curves in cuts for curve in curves)
-    below_maps = HEADLINE + -(-len(maps) // columns) * step + style.legend_height(borders, TABLE)
+    below_maps = HEADLINE + -(-len(maps) // columns) * step + style.legend_height(borders if maps else [], TABLE)
     block, below_table = TITLE + CUT[1] + AXIS, HEADLINE + (len(rows) + len(remarks) + 4) * ROW
     # Diagrams fill the room below the table, above or beside each other, where they hardly make the sheet taller than its maps.
     ways = ((TABLE, below_table, CUT[0], 0.0, block), (TABLE, below_table, CUT[1], LABELS + CUT[1], 0.0))
     start, top, width, across, down = next((way for way in ways if way[1] + way[4] < below_maps - 0.5 * block),
                                            (0.0, below_maps, CUT[0], COLUMN, 0.0))
+    if frame.line:
+        start, top, width, across, down = 0.0, below_maps, CUT[0], COLUMN, block
+    # Two beside each other, or below.
+    spots = [(place % 2 * across, (place // 2 if across else place) * down) for place in range(len(cuts))]
     room = WIDTH - TABLE if start else TABLE
-    below_cuts = top + (len(cuts) - 1) * down + block + style.legend_height(lines, room)
+    below_cuts = top + max((y for _, y in spots), default=0.0) + block + style.legend_height(lines, room)
     height = max(below_maps, below_cuts, below_table)
     figure = Figure(figsize=(WIDTH, height))
     for place, (quantity, values, body) in enumerate(maps):
@@ -91,13 +97,14 @@ def summary_figure(frame: RunFrame) -> Figure:
         bar = figure.colorbar(image, cax=style.add_axes(figure, left + side + 1.5 * style.MM, bottom, BAR, side * shape))
         style.few_ticks(bar.ax, y=5)
         axes.set_title(", ".join(filter(None, (scale.label, f"{body} body" if body else ""))))
-    for place, (quantity, curves) in enumerate(cuts):
-        left, bottom = start + LABELS + place * across, height - top - place * down - TITLE - CUT[1]
+    for (quantity, curves), (right, lower) in zip(cuts, spots, strict=True):
+        left, bottom = start + LABELS + right, height - top - lower - TITLE - CUT[1]
         axes = style.add_axes(figure, left, bottom, width, CUT[1])
         draw_diagram(axes, frame, quantity, curves)
         axes.set_title(frame.place_words(frame.cut_y))
         axes.set_xlabel(flow_label(frame))
-    style.add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
+    if maps:
+        style.add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
     style.add_legend(figure, lines, at=(start + 0.5 * room, height - below_cuts), width=room)
     # Words, values without deformation, values and errors, each column one text.
     top, places = height - HEADLINE - TITLE, ((0, "left"), (80, "right"), (100, "right"), (101, "left"))
@@ -106,7 +113,8 @@ def summary_figure(frame: RunFrame) -> Figure:
                     parse_math=False)
     figure.text(TABLE / WIDTH, (top - (len(rows) + 1) * ROW) / height, "\n".join(remarks), va="top", fontsize=LETTERS - 0.5,
                 color="0.25", parse_math=False)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, map_note(frame, whole=False))
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged,
+                       "" if frame.line else map_note(frame, whole=False))
     return figure
 
 
@@ -127,7 +135,7 @@ def _rows(frame: RunFrame) -> list[Row]:
     result, two = frame.result, len(frame.states) > 1
     row, hertz = row_of(result.summary()), math.isfinite(result.of_problem["hertz_p0_MPa"])
     rows: list[Row] = [("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")]
-    for name, scalar in SCALARS.items():
+    for name, scalar in (LINE_SCALARS if frame.line else SCALARS).items():
         if not any(computed(state.state.scalars.get(name)) for state in frame.states) or repeats(name, row):
             continue
         shown, _, error = style.readable(scalar_text(name, row)).partition(" ±")
@@ -138,7 +146,8 @@ def _rows(frame: RunFrame) -> list[Row]:
         elif {first, shown} - {"", "0", "–"}:
             rows.append((words, *numbers))
     rows.append(("", "", "", ""))
-    rows += [(_words(scalar, hertz), "", style.readable(number(value)), "") for name, scalar in PROBLEM_SCALARS.items()
+    rows += [(_words(scalar, hertz), "", style.readable(number(value)), "")
+             for name, scalar in (PROBLEM_SCALARS | LINE_PROBLEM_SCALARS).items()
              if computed(value := result.of_problem.get(name)) and value != 0.0]
     return rows
 
@@ -152,7 +161,7 @@ def _words(scalar: Scalar, hertz: bool) -> str:
 def _remarks(frame: RunFrame) -> list[str]:
     """Load, friction, speed and grid; the reason if it has not converged, and warnings."""
     problem, result = frame.result.problem, frame.result
-    factor, unit = unit_for("N", problem.normal_force)
+    factor, unit = (1e-3, "N/mm") if frame.line else unit_for("N", problem.normal_force)
     grid = " × ".join(str(n) for n in result.work.get("grid", (result.x.size, result.y.size)))
     remarks = [f"W = {problem.normal_force * factor:.4g} {unit}, μ = {problem.friction.at_rest:.4g}, "
                f"V = {number(problem.motion.speed)} m/s, grid {grid}"]

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.kalker import THEORIES, CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.problem.names import DIAGRAMS, ISOTHERMAL, UNCERTAINTY, UNITS, unit_end
-from thermoroll_cli.problem.scalar_errors import FORCES, STEADY, finite, is_steady, worth_showing
+from thermoroll_cli.problem.names import DIAGRAMS, ISOTHERMAL, UNCERTAINTY, UNITS, known_as, unit_end
+from thermoroll_cli.problem.scalar_errors import ANY_FORCES, FORCES, STEADY, finite, is_steady, worth_showing
 
 Column = NDArray[np.float64]
 Table = Mapping[str, Sequence[Any]]
@@ -173,14 +173,14 @@ def _draw_diagram(
         if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
             handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit")]
-        if names[0] in FORCES and (top := _maximum(x[rows], values[rows], falling[rows])) is not None:
+        if names[0] in ANY_FORCES and (top := _maximum(x[rows], values[rows], falling[rows])) is not None:
             axes.plot(*top, **MAXIMUM, color=line.colour)
             handles += [Line2D([], [], color="0.2", **MAXIMUM, label="maximum, where friction falls")]
     # The linear theory goes on without limit, and alone is cut off by the diagram.
     for theory, curves in sorted(theories.items(), key=lambda each: each[0] == "linear"):
         if theory == "linear":
             _not_closer_than(axes, float(error.max(initial=0.0)))
-        for line, curve in zip(lines, curves, strict=True) if names[0] in FORCES else ():
+        for line, curve in zip(lines, curves, strict=True) if names[0] in ANY_FORCES else ():
             axes.plot(curve["place"], curve[names[0]], color=line.colour, linestyle=THEORY_LOOKS[theory], linewidth=0.9)
             handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
     _not_closer_than(axes, float(error.max(initial=0.0)))
@@ -193,9 +193,9 @@ def _draw_diagram(
         height = 0.04 + 0.3 * place / max(len(failed), 6)
         axes.plot(line.missed, np.full(line.missed.size, height), "x", markersize=4.0,
                   color=line.colour if len(lines) > 1 else style.ALERT, transform=axes.get_xaxis_transform())
-    limits = table.get("friction_limit_N", np.empty(0))
+    limits = table.get(known_as("friction_limit_N", table), np.empty(0))
     limits = limits[np.isfinite(limits)]
-    if names[0] in FORCES and limits.size and 0.0 <= np.ptp(limits) <= STEADY * limits[0]:
+    if names[0] in ANY_FORCES and limits.size and 0.0 <= np.ptp(limits) <= STEADY * limits[0]:
         # An axis at the right with the force over μW, which is the same for all points.
         limit: Any = limits[0]
         right = axes.secondary_yaxis("right", functions=(lambda force: np.divide(force, limit),

@@ -161,7 +161,7 @@ class Friction:
 
     def mean_share(self, y: Array, width: float) -> Array:
         """The mean share over strips of the `width` (m) about the places `y` (m)."""
-        return self.mean_of(lambda share, strip, offset: share, y, width)
+        return np.ones(len(y)) if not self.across else self.mean_of(lambda share, strip, offset: share, y, width)
 
     @property
     def symmetric(self) -> bool:

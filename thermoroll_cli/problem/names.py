@@ -7,6 +7,7 @@ are in SI units.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
@@ -113,6 +114,7 @@ class Quantity:
 
 UNITS = {
     "creepage_s": "", "_rad_s": "rad/s", "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm",
+    "_W_mm": "W/mm", "_mm2_m": "mm²/m",
     "_mrad_s": "mrad/s", "_um_GPa": "µm/GPa", "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³",
     "_kg_m": "kg/m", "_kg": "kg", "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)",
     "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa",
@@ -484,6 +486,25 @@ BALL_SCALARS |= {name: scalar for name, scalar in (SCALARS | SUBSURFACE_SCALARS)
 
 ASSEMBLY_SCALARS = WHEELSET_SCALARS | BEARING_SCALARS
 
+ACROSS = ("approach_um", "spin_moment_Nmm", "contact_y_mm", "spin_moment_at_contact_Nmm", "contact_force_y_N",
+          "contact_force_z_N", "T_gamma_without_spin_N", "creepage_spin_rad_mm", "recirculation_bulge_um",
+          "thermal_crown_ratio", "hertz_b_mm", "kalker_C11", "kalker_C22", "kalker_C23",
+          *(name.format(body) for body in BODIES for name in (
+              "bulk_temperature_{}_K", "entry_temperature_max_{}_K", "flash_temperature_max_{}_K", "warm_up_time_{}_s",
+              "wear_area_{}_um2")))  # fmt: skip
+"""Scalars that a line contact does not have: no approach, and nothing that varies across."""
+
+
+def _of_length(name: str) -> str:
+    """The name of a scalar of a line contact, per mm of length if it is a force, a power, an area or a volume; "" if it has
+    none."""
+    if name in ACROSS:
+        return ""
+    ends = {"_area_mm2": "_width_mm", "_mm3_m": "_mm2_m", "_Nmm": "_N", "_N": "_N_mm", "_W": "_W_mm"}
+    end = next((end for end in ends if name.endswith(end)), "")
+    return name.removesuffix(end) + ends.get(end, "")
+
+
 IN_CONTACT = {"force_s_N": "force_y_N", "moment_n_Nmm": "spin_moment_Nmm"}
 """Scalars of a patch in the axes of the track by their names in the contact, where these differ."""
 
@@ -524,7 +545,36 @@ HISTORY_SCALARS = _named(
 )  # fmt: skip
 """Scalars of a contact over time besides those of its state."""
 
-ALL_SCALARS = SCALARS | HISTORY_SCALARS | PROBLEM_SCALARS | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS
+PER_LENGTH = {name: of_length for declared in (SCALARS, PROBLEM_SCALARS) for name in declared
+              if (of_length := _of_length(name)) not in ("", name)}
+"""Scalars of which a line contact has a value per mm of length: their name → the name of that."""
+
+_OF_LINES = {of_length: replace(
+    scalar, name=of_length, diagram=re.sub(r"\((N|W)\)$", r"(\1/mm)", scalar.diagram),
+    meaning=scalar.meaning.replace(" area", " width") if "_width" in of_length else f"{scalar.meaning}, per length")
+    for declared in (SCALARS, PROBLEM_SCALARS) for name, scalar in declared.items() if (of_length := PER_LENGTH.get(name, ""))}
+
+LINE_SCALARS, LINE_PROBLEM_SCALARS = (
+    _named(*(_OF_LINES.get(of_length, scalar) for name, scalar in declared.items() if (of_length := _of_length(name))))
+    for declared in (SCALARS, PROBLEM_SCALARS))
+"""What a line contact has in place of `SCALARS` and `PROBLEM_SCALARS`."""
+
+ALL_SCALARS = _named(*(each for name, scalar in (SCALARS | HISTORY_SCALARS | PROBLEM_SCALARS).items()
+                       for each in (scalar, _OF_LINES.get(PER_LENGTH.get(name, ""))) if each)
+                     ) | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS
+
+
+def per_length(scalars: Mapping[str, float]) -> dict[str, float]:
+    """The `scalars` of a line contact, per m of length under the names of others, under its own names per mm."""
+    known = {name: PER_LENGTH.get(name, name) for name in scalars}
+    return {of: scalars[name] * (1.0 if of == name else 1e-3) for name, of in known.items() if of not in ACROSS}
+
+
+def known_as(name: str, row: Iterable[str]) -> str:
+    """The name under which `row` has a scalar: its own, or in a line contact that per length."""
+    of_length = PER_LENGTH.get(name, name)
+    return of_length if of_length in row else name
+
 
 WEAR_COLUMNS = {
     "distance_km": "distance rolled", "cycles_": "passages", "depth_max_": "largest worn depth",
@@ -541,8 +591,10 @@ OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction
 
 def over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
     """The columns `OVER_LIMIT` of a state."""
-    limit = scalars.get("friction_limit_N", math.nan)
-    return {name: scalars[force] / limit for name, force in OVER_LIMIT.items() if limit > 0.0 and force in scalars}
+    limit = scalars.get(known_as("friction_limit_N", scalars), math.nan)
+    forces = {name: known_as(force, scalars) for name, force in OVER_LIMIT.items()}
+    return {name: scalars[force] / limit for name, force in forces.items() if limit > 0.0 and force in scalars}
+
 
 DIAGRAMS: dict[str, tuple[str, ...]] = {
     label: tuple(name for name, scalar in ALL_SCALARS.items() if scalar.diagram == label)
@@ -600,7 +652,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
 def of_contacts(asked: Iterable[str]) -> frozenset[str]:
     """Scalars of a contact that scalars and groups in `asked` stand for. Those of an assembly stand for the ones that they come
     from: a sum of one wheel for its scalar, places and forces on rails for the forces of the contacts."""
-    names = {name for each in asked for name in GROUPS.get(each, (each,))}
+    whole = {of_length: name for name, of_length in PER_LENGTH.items()}
+    names = {whole.get(name, name) for each in asked for name in GROUPS.get(each, (each,))}
     own = {name for name in names if name in SCALARS or name in SUBSURFACE_SCALARS}
     sums = {of_side(scalar, side): scalar for side in _SIDES for scalar in TOGETHER}
     own |= {scalar for name, scalar in sums.items() if name in names}

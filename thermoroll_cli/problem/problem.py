@@ -285,9 +285,9 @@ class Problem:
 
     - `lower`, `upper`: materials of the bodies (`Material`);
     - `geometry`: radii (m) and profiles (`Geometry`), or a `CurvedPatch`;
-    - `normal_force`: W in N; with a given `approach` (m) the load that it needs, in a problem about the one without heat and
-      shear (`pressed_to`), in a result the one found, as of a conformal contact with a given `vertical` force (N) of pressure
-      and traction along z;
+    - `normal_force`: W in N, of a line contact in N per m of length; with a given `approach` (m) the load that it needs, in a
+      problem about the one without heat and shear (`pressed_to`), in a result the one found, as of a conformal contact with a
+      given `vertical` force (N) of pressure and traction along z;
     - `friction`: coefficient and laws (`Friction`);
     - `motion`: speed (m/s), creepages, spin (rad/m), prescribed forces (N) (`Motion`);
     - `heating`: frictional heat, its partition, bulk temperatures (K) (`Heating`);
@@ -330,6 +330,12 @@ class Problem:
         return bool(self.lower.surface.relaxation or self.upper.surface.relaxation)
 
     @property
+    def line(self) -> bool:
+        """Whether the bodies are cylinders with parallel axes across rolling: a line contact in plane strain. Forces and powers
+        are then per m of length."""
+        return self.geometry.elliptic and self.geometry.curvature_y == 0.0
+
+    @property
     def contact(self) -> Problem:
         """This problem, as of an assembly the one that its contacts share."""
         return self
@@ -344,6 +350,10 @@ class Problem:
         """μ₀W in N, the scale of tangential forces; the most that they can be if friction rises neither with slip nor with
         temperature."""
         return self.friction.coefficient * self.normal_force
+
+    def force_text(self, force: float) -> str:
+        """A `force` (N, of a line contact N/m) as messages have it."""
+        return f"{1e-3 * force:.6g} N/mm" if self.line else f"{force:.6g} N"
 
     @property
     def prescribed_force(self) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from thermoroll_cli import of_above, optional
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.problem.columns import Columns
-from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
+from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, known_as, unit_of
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, meaning_in, row_of, scalar_text
 
@@ -55,7 +55,8 @@ class State:
 
     - `fields`: read-only arrays (nx, ny), for vectors a name per component, in SI units (`names.FIELDS`);
     - `scalars`: numbers in the units of their names (`names.SCALARS`);
-    - `x`, `y`: element centres in m, (nx,) and (ny,).
+    - `x`, `y`: element centres in m, (nx,) and (ny,). Of a line contact `y` is empty, fields are (nx,), and scalars those of
+      `names.LINE_SCALARS`.
 
     A field whose stage was skipped is absent, its scalars are nan. A KeyError lists the names there are.
     """
@@ -255,10 +256,14 @@ class Result:
     def __repr__(self) -> str:
         title = f"{self.problem.title!r}, " if self.problem.title else ""
         outcome = "converged" if self.converged else f"not converged: {self.reason}"
-        shown = {"Q_F_W": "Q_F = {:.4g} W", "force_x_N": "F_x = {:.4g} N", "gamma_st": "γ_st = {:.3g}"}
-        numbers = [text.format(self.coupled.scalars[k]) for k, text in shown.items() if self.coupled.scalars.get(k, 0.0) != 0.0]
+        scalars = self.coupled.scalars
+        shown = {"Q_F_W": "Q_F = {:.4g}", "force_x_N": "F_x = {:.4g}", "gamma_st": "γ_st = {:.3g}"}
+        known = {known_as(name, scalars): text for name, text in shown.items()}
+        numbers = [f"{text.format(scalars[name])} {unit_of(name)}".rstrip()
+                   for name, text in known.items() if scalars.get(name, 0.0) != 0.0]
         count = f"{len(self.patches)} patch{'' if len(self.patches) == 1 else 'es'}"
-        what = f"{self.assembly} with {count}" if self.assembly else f"{len(self.x)}×{len(self.y)}"
+        sides = "×".join(str(len(side)) for side in (self.x, self.y) if len(side))
+        what = f"{self.assembly} with {count}" if self.assembly else sides
         return f"<Result {title}{what}, {', '.join([outcome, *numbers])}>"
 
     def summary(self) -> dict[str, Any]:
@@ -315,17 +320,17 @@ class Result:
 
         - `state`: "coupled" or "isothermal" (without thermal deformation).
 
-        Fields have the dimensions (x, y), element centres in m.
+        Fields have the dimensions (x, y), element centres in m; those of a line contact x alone.
 
         Raises ImportError, which names the package to install, if xarray is missing; ValueError for another state."""
         dataset = optional("xarray", "to_xarray").Dataset
         if state not in ("coupled", "isothermal"):
             raise ValueError(f'a result has the states "coupled" and "isothermal", not {state!r}')
         chosen = self.coupled if state == "coupled" else self.isothermal
-        variables = {name: (("x", "y"), values, {"units": FIELDS[name].unit, "long_name": FIELDS[name].meaning})
+        sides = {name: (name, values, {"units": "m"}) for name, values in (("x", chosen.x), ("y", chosen.y)) if len(values)}
+        variables = {name: (tuple(sides), values, {"units": FIELDS[name].unit, "long_name": FIELDS[name].meaning})
                      for name, values in chosen.fields.items()}
-        coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
-        return dataset(variables, coordinates, {**chosen.scalars, **self.of_problem, "converged": int(self.converged)})
+        return dataset(variables, sides, {**chosen.scalars, **self.of_problem, "converged": int(self.converged)})
 
     def _repr_html_(self) -> str:
         """A table of the scalars that `thermoroll run` prints, for notebooks."""

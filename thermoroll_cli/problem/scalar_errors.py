@@ -15,10 +15,12 @@ from thermoroll_cli.problem.names import (
     ASSEMBLY_SCALARS,
     ISOTHERMAL,
     OVER_LIMIT,
+    PER_LENGTH,
     SCALARS,
     STATES,
     UNCERTAINTY,
     holds,
+    known_as,
 )
 from thermoroll_cli.problem.problem import BODIES, Problem
 
@@ -26,6 +28,9 @@ FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
     tuple(name for name, scalar in SCALARS.items() if scalar.scale == scale)
     for scale in ("force", "creepage", "temperature", "mismatch")
 )
+
+ANY_FORCES = (*FORCES, *(PER_LENGTH[force] for force in FORCES))
+"""Creep forces of contacts, and of line contacts."""
 
 
 def error_scale(name: str, summary: Mapping[str, Any]) -> float:
@@ -55,7 +60,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
         case "temperature":
             return temperature_difference(summary)
         case "creepage":
-            spin = _number(summary, "creepage_spin_rad_mm") * mean_semi_axis(summary)
+            spin = summary.get("creepage_spin_rad_mm", 0.0) * mean_semi_axis(summary)
             return math.hypot(*(_number(summary, direction) for direction in CREEPAGES), spin)
         case "share" | "mismatch":
             return 1.0
@@ -91,14 +96,17 @@ def temperature_difference(summary: Mapping[str, Any]) -> float:
 
 
 def mean_semi_axis(summary: Mapping[str, Any]) -> float:
-    """sqrt(a0 b0) in mm; for surfaces without a Hertz ellipse the radius of a circle of the same contact area."""
+    """sqrt(a0 b0) in mm; for surfaces without a Hertz ellipse the radius of a circle of the same contact area; a0 of a line
+    contact."""
+    if known_as("contact_area_mm2", summary) != "contact_area_mm2":
+        return _number(summary, "hertz_a_mm")
     axes = _number(summary, "hertz_a_mm") * _number(summary, "hertz_b_mm")
     return math.sqrt(_number(summary, "contact_area_mm2") / math.pi if math.isnan(axes) else axes)
 
 
 def _number(summary: Mapping[str, Any], name: str) -> float:
-    """A scalar; nan where it is missing or, in JSON, null."""
-    value = summary.get(name)
+    """A scalar, or in a line contact that per length; nan where it is missing or, in JSON, null."""
+    value = summary.get(known_as(name, summary))
     return math.nan if value is None else float(value)
 
 
@@ -217,9 +225,10 @@ def repeats(name: str, row: Mapping[str, Any]) -> bool:
 
 def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
     """Whether a force or moment is zero by symmetry but for rounding."""
-    if name not in ("force_x_N", "force_y_N", "spin_moment_Nmm"):
+    forces = [known_as(force, scalars) for force in FORCES]
+    if name not in (*forces, "spin_moment_Nmm"):
         return False
-    scale = math.hypot(scalars.get("force_x_N", 0.0), scalars.get("force_y_N", 0.0))
+    scale = math.hypot(*(scalars.get(force, 0.0) for force in forces))
     if name == "spin_moment_Nmm":
         scale *= mean_semi_axis(scalars)
     return abs(scalars.get(name, 0.0)) <= SYMMETRY_NOISE * scale
@@ -234,7 +243,9 @@ def worth_showing(name: str, points: Sequence[Mapping[str, Any]], swept: Collect
     These say nothing: a scalar that was not computed; rounding noise; one of the upper body that reads like that of the lower
     one; a creepage that is swept; a creepage or a force that is given, so that it stays the same while the other changes; the
     pressure over a single Hertz pressure, which γ_p is."""
-    partners = dict(zip(FORCES + CREEPAGES, CREEPAGES + FORCES, strict=True))
+    partners = dict(zip(ANY_FORCES, 2 * CREEPAGES, strict=True)) | {
+        creepage: next((known_as(force, point) for point in points), force)
+        for creepage, force in zip(CREEPAGES, FORCES, strict=True)}
     if not finite(name, points) or all(_is_nothing(name, point) for point in points if computed(point.get(name))):
         return False
     lower = name.replace("_upper_", "_lower_")
@@ -246,14 +257,14 @@ def worth_showing(name: str, points: Sequence[Mapping[str, Any]], swept: Collect
         return True
     creepage = name if name in CREEPAGES else partners[name]
     if any(key.endswith("." + creepage.removeprefix("creepage_")) for key in swept):
-        return name in FORCES
+        return name in ANY_FORCES
     other = finite(partners[name], points)
     return not (is_steady(finite(name, points)) and other and not is_steady(other))
 
 
 def _is_nothing(name: str, scalars: Mapping[str, Any]) -> bool:
     noise = name in CREEPAGES and abs(scalars[name]) <= SYMMETRY_NOISE * error_scale(name, scalars)
-    return noise or is_noise(OVER_LIMIT.get(name, name), scalars)
+    return noise or is_noise(known_as(OVER_LIMIT[name], scalars) if name in OVER_LIMIT else name, scalars)
 
 
 def finite(name: str, points: Sequence[Mapping[str, Any]]) -> list[float]:

@@ -111,19 +111,20 @@ def _too_little(level: Level) -> str:
     """The reason where friction carries less than the prescribed force, from which follows what else fails. Empty elsewhere."""
     discretisation, contact = level.here, level.contact
     problem = discretisation.derived.problem
-    force = problem.prescribed_force
+    force, wanted = problem.prescribed_force, problem.force_text(problem.prescribed_force)
     limit = float(contact.traction_bound(problem.friction.coefficient).sum()) * discretisation.grid.element_area
     if problem.interlayer.yield_stress is not None and force > limit:
-        return f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed {force:.6g} N"
+        return f"the interlayer yields: it carries {problem.force_text(limit)} at most, less than the prescribed {wanted}"
     if problem.friction_varies:
         contact = replace(contact, friction=friction_of(discretisation, discretisation.heat(contact)))
     if not (missing := reserve(discretisation, contact)) < 0.0:
         return ""
+    carried = problem.force_text(force + missing)
     if problem.friction_varies:
-        return (f"friction falls with the temperature: at those of the last iteration it carries {force + missing:.6g} N, "
-                f"less than the prescribed {force:.6g} N. That is not the largest force that has a steady state: sweep the "
+        return (f"friction falls with the temperature: at those of the last iteration it carries {carried}, "
+                f"less than the prescribed {wanted}. That is not the largest force that has a steady state: sweep the "
                 "creepage to find it")
-    return f"friction across the contact carries {force + missing:.6g} N at most, less than the prescribed {force:.6g} N"
+    return f"friction across the contact carries {carried} at most, less than the prescribed {wanted}"
 
 
 def _state_failures(level: Level) -> list[str]:
@@ -180,5 +181,5 @@ def _state_failures(level: Level) -> list[str]:
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     for got, wanted, axis in zip(force, (motion.force_x, motion.force_y), "xy", strict=True):
         if wanted is not None and abs(got - wanted) > BALANCE_ERROR * problem.traction_limit:
-            reasons.append(f"force along {axis} is {got:.6g} N instead of {wanted:.6g} N")
+            reasons.append(f"force along {axis} is {problem.force_text(got)} instead of {problem.force_text(wanted)}")
     return reasons

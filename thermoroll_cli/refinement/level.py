@@ -55,6 +55,8 @@ class Level:
         """Elements over 1.1 diameters of the contact, which is the side of the usual domain; of a grid that is not square those
         of its coarser direction."""
         shape, inside = self.here.grid.shape, float(self.contact.normal.covered.sum())
+        if self.here.derived.problem.line:
+            return max(1.0, 1.1 * inside)
         return max(1.0, 2.2 * math.sqrt(inside / math.pi * min(shape) / max(shape)))
 
     @property
@@ -78,7 +80,7 @@ def better_domain(here: Discretisation, state: SteadyState, *, smaller: bool) ->
     domain = _around(here, state)
     # A smaller one must save enough elements, or make them small enough, to be solved on again.
     area = here.grid.element_area * here.grid.nx * here.grid.ny
-    if domain is None or not (state.touches_rim or (smaller and domain.side_x * domain.side_y <= WORTH * area)):
+    if domain is None or not (state.touches_rim or (smaller and domain.area <= WORTH * area)):
         return None
     return _on_domain(here, domain)
 
@@ -89,15 +91,16 @@ def returns(usual: Discretisation, here: Discretisation, state: SteadyState) -> 
     if here is usual or not state.converged or domain is None:
         return False
     fits = all(low < places[there].min() and places[there].max() < high for places, there, (low, *_, high) in (
-        (grid.x, inside.any(axis=1), usual.grid.x), (grid.y, inside.any(axis=0), usual.grid.y)))
+        (grid.x, inside.any(axis=1), usual.grid.x), (grid.y, inside.any(axis=0), usual.grid.y))[: len(grid.sides)])
     area = usual.grid.element_area * usual.grid.nx * usual.grid.ny
-    return fits and domain.side_x * domain.side_y > WORTH * area
+    return fits and domain.area > WORTH * area
 
 
 def _on_domain(like: Discretisation, domain: Domain) -> Discretisation:
     """A discretisation of the same problem with as many elements over another `domain`."""
     scales = like.derived.scales
-    extent = max(domain.side_x / scales.semi_axis_x, domain.side_y / scales.semi_axis_y)
+    sides = domain.side_x / scales.semi_axis_x, domain.side_y / scales.semi_axis_y
+    extent = max(side for side in sides if math.isfinite(side))
     return Discretisation(like.derived, like.grid.shape, extent, like.threads, like.options, domain)
 
 
@@ -108,6 +111,9 @@ def _around(here: Discretisation, state: SteadyState) -> Domain | None:
         # The pressure, with which that of the heated contact is compared, is known everywhere for Hertz's contact alone.
         return None
     low_x, high_x = _span(grid.x, grid.dx, np.flatnonzero(inside.any(axis=1)))
+    if derived.problem.line:
+        return Domain(high_x - low_x, math.inf, 0.0, 0.5 * (low_x + high_x)) if (
+            high_x - low_x >= SMALLEST * derived.scales.semi_axis_x) else None
     low_y, high_y = _span(grid.y, grid.dy, np.flatnonzero(inside.any(axis=0)))
     if high_x - low_x < SMALLEST * derived.scales.semi_axis_x or high_y - low_y < SMALLEST * derived.scales.semi_axis_y:
         return None

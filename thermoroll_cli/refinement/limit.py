@@ -98,9 +98,10 @@ def creep_maximum(
 def beyond_maximum(problem: Problem, maximum: CreepMaximum, solve: Callable[[Problem], Result]) -> Result:
     """The state at the maximum of the creep curve, marked as not converged, for a force that exceeds it."""
     result = with_maximum(solve(under_creepage(problem, maximum.creepage)), maximum)
-    reason = (f"no steady state carries {problem.prescribed_force:.6g} N: friction falls with slip, and the creep force is "
-              f"{maximum.force:.6g} N at most, at a creepage of {maximum.creepage:.3g}. The fields and scalars are those at "
-              "this creepage; prescribe a smaller force, or a creepage")
+    wanted, most = problem.force_text(problem.prescribed_force), problem.force_text(maximum.force)
+    reason = (f"no steady state carries {wanted}: friction falls with slip, and the creep force is {most} at most, at a "
+              f"creepage of {maximum.creepage:.3g}. The fields and scalars are those at this creepage; prescribe a smaller "
+              "force, or a creepage")
     return replace(result, problem=problem, converged=False, reason=reason, uncertainty={})
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.heat.frictional_heat import account
-from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.names import per_length
+from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimates import (
@@ -72,16 +73,29 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     )
 
 
+def of_line(result: Result) -> Result:
+    """The `result` of a line contact as it is reported: its scalars per mm of length, its fields over x alone."""
+
+    def state(of: State) -> State:
+        return State({name: values[:, 0] for name, values in of.fields.items()}, per_length(of.scalars), of.x, np.zeros(0))
+
+    coupled = state(result.coupled)
+    isothermal = coupled if result.isothermal is result.coupled else state(result.isothermal)
+    return replace(result, coupled=coupled, isothermal=isothermal, of_problem=per_length(result.of_problem),
+                   uncertainty=per_length(result.uncertainty))
+
+
 def _place(level: Level) -> str:
     """Where the coupled state lives, in mm."""
-    low_x, high_x, low_y, high_y = _limits(level)
-    return f"x from {low_x:.4g} to {high_x:.4g} mm, y from {low_y:.4g} to {high_y:.4g} mm"
+    limits = _limits(level)
+    return ", ".join(f"{axis} from {low:.4g} to {high:.4g} mm"
+                     for axis, low, high in zip("xy", limits[::2], limits[1::2], strict=False))
 
 
 def _limits(level: Level) -> list[float]:
-    """Lowest and highest x, lowest and highest y of the domain of a level, in mm."""
+    """Lowest and highest x, lowest and highest y of the domain of a level, in mm; of a line contact those of x."""
     grid = level.here.grid
-    sides = (grid.centre_x, grid.nx * grid.dx), (grid.centre, grid.ny * grid.dy)
+    sides = ((grid.centre_x, grid.nx * grid.dx), (grid.centre, grid.ny * grid.dy))[: len(grid.sides)]
     return [float(1e3 * (centre + half)) for centre, side in sides for half in (-0.5 * side, 0.5 * side)]
 
 
@@ -105,7 +119,7 @@ def _work(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: bool
     for isothermal, coupled in zip(cold, hot, strict=True):
         state = isothermal.state
         entry: dict[str, Any] = {
-            "grid": list(isothermal.here.grid.shape),
+            "grid": list(isothermal.here.grid.sides),
             "newton_steps": state.newton_steps,
             "applications": state.applications,
             "transforms": isothermal.transforms + (coupled.transforms if both else 0),

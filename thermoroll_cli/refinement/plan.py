@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from thermoroll_cli.problem.names import per_length
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement.expected_heat import deformation_effect, even_share
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
@@ -21,6 +22,8 @@ enough for a first guess. With 8, estimates on 24² elements come from two grids
 times the true errors in the middle, in place of 6)."""
 FINEST_FOR_ACCURACY = 512
 """Largest grid where an accuracy is asked for: the next one takes more than 2 GB."""
+FINEST_LINE = 4096
+"""The same of a line contact, in elements along rolling."""
 SMALLEST_EXTENT = 2.1
 """The Hertz contact spans 2 semi-axes; a domain must leave a little room around it. Without: 24 of 40
 random cases with an extent of 1.2 to 2.05 lose a part of their load."""
@@ -153,7 +156,9 @@ def grid_sequence(problem: Problem, *, alone: bool = False) -> tuple[tuple[int, 
     many if three grids are left without it. If the shorter side cannot be halved again, the longer one is halved alone: such
     grids give starts, and only those from `first_of_both` on give error estimates."""
     wish = problem.numerics.grid or (FINEST_FOR_ACCURACY, FINEST_FOR_ACCURACY)
-    coarsest = COARSEST if min(wish) < 8 * COARSEST else 2 * COARSEST
+    if problem.line:
+        wish = (problem.numerics.grid or (FINEST_LINE, 1))[0], 1
+    coarsest = COARSEST if min(n for n in wish if n > 1) < 8 * COARSEST else 2 * COARSEST
     grids = [wish]
     while not alone and max(grids[0]) >= 2 * coarsest:
         nx, ny = (n if n < 2 * coarsest else (n + 1) // 2 for n in grids[0])
@@ -164,7 +169,7 @@ def grid_sequence(problem: Problem, *, alone: bool = False) -> tuple[tuple[int, 
 def first_of_both(grids: Sequence[tuple[int, int]]) -> int:
     """Index of the first of `grids` (coarse to fine) from which on every grid refines both sides of the one before."""
     first = len(grids) - 1
-    while first > 0 and all(coarse < fine for coarse, fine in zip(grids[first - 1], grids[first], strict=True)):
+    while first > 0 and all(coarse < fine or fine == 1 for coarse, fine in zip(grids[first - 1], grids[first], strict=True)):
         first -= 1
     return first
 
@@ -196,10 +201,15 @@ class Plan:
         return self.grids[-1]
 
     @property
-    def steps(self) -> list[tuple[str, tuple[int, int]]]:
+    def sides(self) -> tuple[int, ...]:
+        """`grid`, of a line contact its elements along rolling."""
+        return self.grid[:1] if self.derived.problem.line else self.grid
+
+    @property
+    def steps(self) -> list[tuple[str, tuple[int, ...]]]:
         """Stages on grids in the order in which `solve` reports them (fewer where an accuracy is reached earlier)."""
         stages = ("tangential", "coupling") if self.runs("deformation") else ("tangential",)
-        return [(stage, grid) for grid in self.grids for stage in stages]
+        return [(stage, grid[: len(self.sides)]) for grid in self.grids for stage in stages]
 
     @property
     def widest(self) -> bool:
@@ -238,14 +248,21 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     plan = Plan(derived, grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
                 _left_out(derived, skipped))
     if plan.hertzian and problem.interlayer.yield_stress is not None:
-        # ∬ min(μp, τ_c) below Hertz's pressure; other pressures are known only when they are solved (`checks`).
+        # Other pressures are known only when they are solved (`checks`).
         share = min(1.0, problem.interlayer.yield_stress / (problem.friction.coefficient * derived.scales.peak_pressure))
-        check_yield(problem, 0.5 * (3.0 * share - share**3) * problem.traction_limit)
+        check_yield(problem, share_below(share, line=problem.line) * problem.traction_limit)
     if problem.subsurface is None:
         return plan
     run, left_out, facts, memory, seconds = subsurface_plan(problem.subsurface, derived, plan.grid, heated=plan.runs("heat"))
     return replace(plan, run=plan.run + run, skipped=plan.skipped | left_out, facts=plan.facts | facts,
                    memory_bytes=plan.memory_bytes + memory, seconds=plan.seconds + seconds)
+
+
+def share_below(limit: float, *, line: bool) -> float:
+    """∬ min(p, p₀ `limit`) over ∬ p of Hertz's pressure, of an ellipse or of a `line` contact; `limit` from 0 to 1."""
+    if line:
+        return 2.0 / math.pi * (limit * math.sqrt(1.0 - limit**2) + math.asin(limit))
+    return 0.5 * (3.0 * limit - limit**3)
 
 
 def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[str, float]:
@@ -268,14 +285,17 @@ def _facts(derived: DerivedQuantities) -> dict[str, float]:
         size = {"hertz_a_mm": scales.semi_axis_x * 1e3, "hertz_b_mm": scales.semi_axis_y * 1e3,
                 "hertz_p0_MPa": scales.peak_pressure * 1e-6}
     low, high = derived.contact_angles
-    return size | {
+    facts = size | {
         "approach_um": scales.approach * 1e6,
         **({"contact_angle_low_mrad": 1e3 * low, "contact_angle_high_mrad": 1e3 * high} if high > low else {}),
         **dict(zip(("peclet_lower", "peclet_upper"), peclet_numbers(derived), strict=True)),
         "friction_limit_N": problem.traction_limit,
         "saturation_creepage": derived.saturation_creepage,
         "dundurs_beta": derived.dundurs_beta,
-    } | (track_facts(derived) if problem.heating.recirculates else {}) | (relaxation_facts(derived) if problem.relaxes else {})
+    }
+    facts |= track_facts(derived) if problem.heating.recirculates else {}
+    facts |= relaxation_facts(derived) if problem.relaxes else {}
+    return per_length(facts) if problem.line else facts
 
 
 def _cost(shape: tuple[int, int], run: list[str], derived: DerivedQuantities) -> tuple[int, float]:

@@ -12,7 +12,7 @@ from thermoroll_cli.refinement.error_estimates import Resolution, estimates, mis
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
 from thermoroll_cli.refinement.neighbours import at_place
-from thermoroll_cli.refinement.outcome import refining_both, result_of, scalars_by_level
+from thermoroll_cli.refinement.outcome import of_line, refining_both, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refine import refine
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
@@ -48,6 +48,11 @@ class Solver:
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
+        result = self._under(problem, report)
+        return of_line(result) if problem.line else result
+
+    def _under(self, problem: Problem, report: Report | None) -> Result:
+        """As `solve`, with the names that all contacts share."""
         if problem.vertical is not None:
             return under_vertical(problem, lambda loaded: self.solve(loaded, report=report))
         if not has_maximum(problem):
@@ -55,7 +60,7 @@ class Solver:
         # A prescribed force where friction falls with slip: the maximum of the creep curve is found first.
         coarse = Solver(self.threads, self.options)
         try:
-            maximum = creep_maximum(problem, coarse.solve, self._followed)
+            maximum = creep_maximum(problem, lambda point: coarse._solve(point, None), self._followed)
         except ArithmeticError as cause:
             result = self._solve(problem, report)
             return replace(result, warnings=(*result.warnings, f"the maximum of the creep curve was not found: {cause}"))
@@ -98,11 +103,11 @@ class Solver:
             here = Discretisation(plan.derived, shape, plan.extent, self.threads, self.options,
                                   coarser=cold[-1].here if cold else None, before=before.here if before else None)
             cold.append(refine(plan, here, cold, last_cold))
-            report("tangential", {"grid": list(shape), "applications": cold[-1].state.applications,
+            report("tangential", {"grid": list(here.grid.sides), "applications": cold[-1].state.applications,
                                   "residual": cold[-1].contact.tangential.residual})
             if hot is not cold:
                 hot.append(refine(plan, here, hot, last_hot, cold[-1]))
-                report("coupling", {"grid": list(shape), "iteration": hot[-1].state.iterations,
+                report("coupling", {"grid": list(here.grid.sides), "iteration": hot[-1].state.iterations,
                                     "residual": hot[-1].state.residual})
             if cold[-1].touches_rim or hot[-1].touches_rim:
                 break

@@ -95,8 +95,10 @@ class DerivedQuantities:
 
     def grid(self, shape: tuple[int, int], extent: float) -> Grid:
         """`shape` elements over `extent` semi-axes in each direction, or `numerics.across` across rolling; not beyond the ends
-        of a profile."""
+        of a profile. The one element across a line contact has no end."""
         numerics, domain = self.problem.numerics, self.scales.domain(extent)
+        if self.problem.line:
+            return Grid.over((shape[0], 1), *domain._replace(side_y=math.inf))
         if numerics.across is not None and extent == numerics.extent:  # a domain that has grown covers more
             low, high = numerics.across
             domain = domain._replace(side_y=high - low, centre=0.5 * (low + high))
@@ -120,7 +122,8 @@ class DerivedQuantities:
     @cached_property
     def saturation_creepage(self) -> float:
         """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
-        estimate, 3μW/(C G a b) with C ≈ 4, and what the interlayer adds): the scale of all creepages."""
+        estimate, 3μW/(C G a b) with C ≈ 4, and what the interlayer adds), or a line contact does (Carter's μa/R, which is
+        2μp₀/E*): the scale of all creepages."""
         across = self.shear_compliance.across
         if self.coatings is not None:
             across = float(self.coatings.compliance(np.array([1.0 / self.scales.mean_radius]))["ss"][0])
@@ -128,6 +131,8 @@ class DerivedQuantities:
             across *= self.relaxing.softening(self.scales.semi_axis_x)
         modulus = 2.0 / across  # G of two equal bodies
         shear = self.interlayer_shear / self.scales.semi_axis_x
+        if self.problem.line:
+            return 2.0 * self.problem.friction.coefficient * self.scales.peak_pressure / self.problem.contact_modulus + shear
         return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2) + shear
 
     @property

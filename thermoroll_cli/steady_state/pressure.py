@@ -91,9 +91,11 @@ class PressureSolver:
             pressure *= self._derived.problem.normal_force / (float(pressure.sum()) * grid.element_area)
             covered = (pressure > 0.0).astype(float)
         displacement = self.solver.displacement(pressure)
-        gap = np.maximum(self.undeformed_gap + displacement - hertz.approach, 0.0)
-        gap = np.where(covered > 0.0, 0.0, gap)
-        return Pressure(pressure, covered, displacement, gap, approach=hertz.approach, peak=hertz.peak_pressure)
+        closed = self.undeformed_gap + displacement
+        # Displacements of a line contact are known up to a constant.
+        approach = float(closed[covered >= 1.0].mean()) if self._derived.problem.line else hertz.approach
+        gap = np.where(covered > 0.0, 0.0, np.maximum(closed - approach, 0.0))
+        return Pressure(pressure, covered, displacement, gap, approach=approach, peak=hertz.peak_pressure)
 
     def solve(self, offset: Array | None, start: Array, tolerance: float, *, mirrored: bool) -> Pressure:
         """Contact pressure on bodies whose gap is closed by `offset` (m, (nx, ny)) beforehand: thermal expansion, normal
@@ -144,19 +146,21 @@ class PressureSolver:
         the border of the isothermal contact, so either their centres must lie in the outer half of the margin around it, or the
         pressure must exceed that of any border."""
         contact, grid, scales, ends = pressure > 0.0, self.grid, self._derived.scales, self.at_ends
-        touched = (contact[0].any() or contact[-1].any() or (contact[:, 0].any() and not ends[0])
-                   or (contact[:, -1].any() and not ends[1]))
+        line = self._derived.problem.line  # whose only line of rolling has no rim beside it
+        touched = contact[0].any() or contact[-1].any() or (
+            not line and ((contact[:, 0].any() and not ends[0]) or (contact[:, -1].any() and not ends[1])))
         if self._extent is None:
             return bool(touched)
         half_room = 0.5 * (1.0 + 0.5 * self._extent)
         if touched and self._derived.hertz is not None:
-            before = _outermost(self.isothermal.pressure)
-            if _outermost(pressure) > BORDER_PRESSURES * before + LOW_PRESSURE * scales.peak_pressure:
+            before = _outermost(self.isothermal.pressure, line=line)
+            if _outermost(pressure, line=line) > BORDER_PRESSURES * before + LOW_PRESSURE * scales.peak_pressure:
                 return True
         return bool(touched and grid.x[-1] - scales.centre_x > half_room * scales.semi_axis_x
-                    and (any(ends) or grid.y[-1] - scales.centre > half_room * scales.semi_axis_y))
+                    and (line or any(ends) or grid.y[-1] - scales.centre > half_room * scales.semi_axis_y))
 
 
-def _outermost(pressure: Array) -> float:
-    """Largest pressure in the outermost elements."""
-    return float(max(side.max() for side in (pressure[0], pressure[-1], pressure[:, 0], pressure[:, -1])))
+def _outermost(pressure: Array, *, line: bool) -> float:
+    """Largest pressure in the outermost elements, of a `line` contact at both ends."""
+    sides = pressure[0], pressure[-1], *(() if line else (pressure[:, 0], pressure[:, -1]))
+    return float(max(side.max() for side in sides))

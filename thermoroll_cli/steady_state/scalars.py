@@ -41,16 +41,16 @@ def problem_scalars(derived: DerivedQuantities) -> dict[str, float]:
     hertz, lower, upper = derived.hertz, problem.lower, problem.upper
     shear_modulus, poisson_ratio = combined_constants(
         lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
-    kalker = creepage_coefficients(hertz.semi_axis_x / hertz.semi_axis_y, poisson_ratio)
-    return scalars | {
+    scalars |= {
         "hertz_a_mm": hertz.semi_axis_x * 1e3,
         "hertz_b_mm": hertz.semi_axis_y * 1e3,
         "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
-        "kalker_C11": kalker.c11,
-        "kalker_C22": kalker.c22,
-        "kalker_C23": kalker.c23,
         "shear_modulus_GPa": shear_modulus * 1e-9,
     }
+    if problem.line:
+        return scalars
+    kalker = creepage_coefficients(hertz.semi_axis_x / hertz.semi_axis_y, poisson_ratio)
+    return scalars | {"kalker_C11": kalker.c11, "kalker_C22": kalker.c22, "kalker_C23": kalker.c23}
 
 
 def _reference(discretisation: Discretisation) -> tuple[float, float]:

@@ -33,6 +33,9 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     if problem.motion.speed < 0.0:
         yield Unsolvable(f"the rolling speed of {problem.motion.speed:g} m/s is negative", "rolling.speed_m_s",
                          "a speed above 0: backwards, creepages and forces change their signs")
+    if problem.line and heating.heat and abs(problem.motion.creepage_x or 0.0) == 2.0:
+        yield Unsolvable("one body stands still at this creepage: heat without ends has no steady temperature on it",
+                         "creepage.longitudinal", "a creepage at which both bodies move, or thermal.heat = false")
     yield from _force(derived)
     yield from _conformal(derived)
     yield from _interlayer(problem)
@@ -59,13 +62,14 @@ def _force(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     if not force:
         return
     coefficient = problem.friction.coefficient * problem.friction.largest_share * (1.0 if law is None else law.highest)
-    key = f"force.{'longitudinal_N' if problem.motion.force_x is not None else 'lateral_N'}"
+    unit = "N_mm" if problem.line else "N"
+    key = f"force.{'longitudinal' if problem.motion.force_x is not None else 'lateral'}_{unit}"
     inclined = 1.0 if isinstance(problem.geometry, Geometry) else math.cos(max(map(abs, derived.contact_angles)))
     if force * inclined >= coefficient * load:
         rises = "; friction that rises with temperature begins cold" if problem.friction.slope < 0.0 else ""
-        yield Unsolvable(f"the tangential force of {force:.6g} N reaches or exceeds what friction can carry, {coefficient:g} · "
-                         f"{load:g} N = {coefficient * load:.6g} N{rises}", key,
-                         "a force below the coefficient of friction · load.normal_N, or a creepage")
+        yield Unsolvable(f"the tangential force of {problem.force_text(force)} reaches or exceeds what friction can carry, "
+                         f"{coefficient:g} · {problem.force_text(load)} = {problem.force_text(coefficient * load)}{rises}", key,
+                         f"a force below the coefficient of friction · load.normal_{unit}, or a creepage")
     if law is not None and law.rises_again:
         yield Unsolvable("friction that falls with slip and then rises again carries one force at several creepages", key,
                          "a creepage", "friction.law")
@@ -170,8 +174,6 @@ def _track(derived: DerivedQuantities, body: BodyName, track: ReturningTrack) ->
     if problem.heating.peclet == "rolling" and 1.0 + (0.5 if body == "lower" else -0.5) * creepage <= 0.0:
         yield Unsolvable(f"the {body} body stands still or turns backwards at this creepage", "creepage.longitudinal",
                          "between -2 and 2 where heat recirculates", f"{table}.recirculate")
-    if derived.problem.geometry.elliptic and not derived.problem.geometry.curvature_y:
-        return      # of a wheelset, whose patches give the width
     try:
         contact = 2e3 * derived.scales.semi_axis_y
     except Unsolvable as cause:

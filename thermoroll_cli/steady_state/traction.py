@@ -335,8 +335,8 @@ def _capped(most: float, bound: Array, covered: Array) -> Array:
 def check_yield(problem: Problem, limit: float, margin: float = 1.0) -> None:
     """Raises Unsolvable if the prescribed force reaches `margin` times the `limit` (N) that a yielding interlayer carries."""
     if problem.interlayer.yield_stress is not None and problem.prescribed_force >= margin * limit:
-        raise Unsolvable(f"the interlayer yields: it carries {limit:.6g} N at most, and the prescribed force is "
-                         f"{problem.prescribed_force:.6g} N", "force")
+        raise Unsolvable(f"the interlayer yields: it carries {problem.force_text(limit)} at most, and the prescribed force is "
+                         f"{problem.force_text(problem.prescribed_force)}", "force")
 
 
 def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array | None:

@@ -32,7 +32,7 @@ from thermoroll_cli.files.case_schema import allowed_values, entry_at
 from thermoroll_cli.files.case_source import CaseSource, Override, key_path
 from thermoroll_cli.plots.fit_figures import Figure, fit_figure
 from thermoroll_cli.plots.sweep_figures import words_of
-from thermoroll_cli.problem.names import unit_of
+from thermoroll_cli.problem.names import PER_LENGTH, known_as, unit_of
 from thermoroll_cli.sweeps.measured import OVER_LOAD, Measured, scalar_in
 from thermoroll_cli.sweeps.points import Axis, Points
 from thermoroll_cli.sweeps.sweep import summaries
@@ -253,11 +253,10 @@ class _Model:
             for place, summary in enumerate(here):
                 if isinstance(summary, str):
                     continue
-                given = varied["load.normal_N"][place] if "load.normal_N" in varied else self.case.settings.load.normal_N
-                load = float(summary.get("normal_N", math.nan) if given is None else given)
+                load = float(summary.get(known_as("normal_N", summary), math.nan))
                 for k, name in enumerate(names):
                     values[0, k, place] = scalar_in(name, summary, load)
-                    error = summary["uncertainty"].get(OVER_LOAD.get(name, name), math.nan)
+                    error = summary["uncertainty"].get(known_as(OVER_LOAD.get(name, name), summary), math.nan)
                     values[1, k, place] = error / (load if name in OVER_LOAD else 1.0)
                     if math.isnan(values[0, k, place]):
                         reasons[place] = reasons[place] or f"{name} is not computed in this case"
@@ -375,7 +374,8 @@ def _coarser(case: Case) -> tuple[Override, ...]:
     sides = [grid, grid] if isinstance(grid, int) else list(grid or (2 * COARSE, 2 * COARSE))
     if max(sides) <= COARSE:
         return ()
-    coarse = [max(8, round(side * COARSE / max(sides))) for side in sides]
+    both = [max(8, round(side * COARSE / max(sides))) for side in sides]
+    coarse = both if isinstance(grid, tuple) else both[0]
     return (Override(("numerics", "grid"), coarse, f"numerics.grid={coarse}", "fit"),)
 
 
@@ -385,6 +385,8 @@ def _asked(model: _Model) -> tuple[Override, ...]:
     if numerics.grid is not None or numerics.accuracy_of is not None:
         return ()
     names = [OVER_LOAD.get(name, name) for name in model.measured.values]
+    if model.case.settings.load.normal_N_mm is not None:
+        names = [PER_LENGTH.get(name, name) for name in names]
     return (Override(("numerics", "accuracy_of"), names, f"numerics.accuracy_of={names}", "fit"),)
 
 

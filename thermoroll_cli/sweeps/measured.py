@@ -16,7 +16,7 @@ from thermoroll_cli.files.case_schema import entry_at
 from thermoroll_cli.files.case_source import key_path
 from thermoroll_cli.files.csv_table import read_columns
 from thermoroll_cli.files.spellings import converted, in_own_units, meant
-from thermoroll_cli.problem.names import ALL_SCALARS, ERROR
+from thermoroll_cli.problem.names import ALL_SCALARS, ERROR, PER_LENGTH, known_as
 
 OVER_LOAD = {"force_x_over_load": "force_x_N", "force_y_over_load": "force_y_N"}
 """Creep forces over the load, as rigs report them: column of the data → scalar in N."""
@@ -114,15 +114,18 @@ class Measured:
                   for part in (self.varied, self.values, self.deviations)]
         return Measured(self.source, tuple(self.lines[number] for number in kept), *chosen)
 
-    def in_newtons(self, loads: Sequence[float]) -> Measured:
+    def in_newtons(self, loads: Sequence[float], load_name: str = "normal_N") -> Measured:
         """The same points with forces in place of forces over the load: that of the column load.normal_N, or of the cases that
-        the points are compared with, where it is one, of `loads` (N). Raises ValueError where it is not."""
+        the points are compared with, where it is one, of `loads` (N). With the `load_name` normal_N_mm all are per length.
+        Raises ValueError where it is not."""
         if not OVER_LOAD.keys() & self.values.keys():
             return self
-        load = self.varied.get("load.normal_N", loads[0])
-        if "load.normal_N" not in self.varied and max(loads) > (1.0 + 1e-9) * min(loads):
-            raise ValueError(f"{self.source} has forces over the load, which varies: add the column load.normal_N")
-        values, deviations = ({OVER_LOAD.get(name, name): column * load if name in OVER_LOAD else column
+        key = f"load.{load_name}"
+        load = self.varied.get(key, loads[0])
+        if key not in self.varied and max(loads) > (1.0 + 1e-9) * min(loads):
+            raise ValueError(f"{self.source} has forces over the load, which varies: add the column {key}")
+        forces = {name: force if load_name == "normal_N" else PER_LENGTH[force] for name, force in OVER_LOAD.items()}
+        values, deviations = ({forces.get(name, name): column * load if name in OVER_LOAD else column
                                for name, column in part.items()} for part in (self.values, self.deviations))
         return Measured(self.source, self.lines, self.varied, values, deviations)
 
@@ -135,7 +138,7 @@ class Measured:
 
 
 def scalar_in(name: str, summary: Mapping[str, float], load: float) -> float:
-    """A measured scalar in the summary of a result under the `load` (N); nan if it was not computed."""
-    value = summary.get(OVER_LOAD.get(name, name))
+    """A measured scalar in the summary of a result under the `load` (N, or N/mm); nan if it was not computed."""
+    value = summary.get(known_as(OVER_LOAD.get(name, name), summary))
     number = math.nan if value is None else float(value)
     return number / load if name in OVER_LOAD else number

@@ -123,8 +123,9 @@ def columns_of(rows: Rows, title: str = "", *, every: bool = False) -> Columns:
                     if name not in columns and isinstance(value, float) and not math.isnan(value)}
         for name, column in columns.items():
             column.append(cells.get(name, math.nan))
-    declared = (*keys, *TEXTS[:4], *names.SCALARS, *names.PROBLEM_SCALARS, *names.OVER_LIMIT, *names.SUBSURFACE_SCALARS,
-                *(f"{state}.{name}" for state in STATES for name in names.SCALARS),
+    declared = (*keys, *TEXTS[:4], *names.SCALARS, *names.LINE_SCALARS, *names.PROBLEM_SCALARS, *names.LINE_PROBLEM_SCALARS,
+                *names.OVER_LIMIT, *names.SUBSURFACE_SCALARS,
+                *(f"{state}.{name}" for state in STATES for name in (*names.SCALARS, *names.LINE_SCALARS)),
                 *(f"uncertainty.{name}" for name in names.SUBSURFACE_SCALARS))
     last = {name: columns.pop(name) for name in ("work.grid", "work.applications", "file")}
     # Those of an assembly and of its patches are not declared.

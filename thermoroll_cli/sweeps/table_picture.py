@@ -10,6 +10,7 @@ from thermoroll_cli.plots.fit_figures import mark_measured
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.columns import CONVERGED, Columns
+from thermoroll_cli.problem.names import known_as
 from thermoroll_cli.sweeps.measured import Measured
 
 MOST_DRAWN = 20_000
@@ -49,8 +50,9 @@ def draw_table(
         if measured is not None:
             if over[0] not in measured.varied:
                 raise ValueError(f"{measured.source} has no column {over[0]}, over which the sweep is drawn")
-            measured = measured.in_newtons([load for load, status in zip(columns["normal_N"], columns["status"], strict=True)
-                                            if status == CONVERGED])  # fmt: skip
+            name = known_as("normal_N", columns)
+            measured = measured.in_newtons([load for load, status in zip(columns[name], columns["status"], strict=True)
+                                            if status == CONVERGED], name)  # fmt: skip
             if missing := mark_measured(figure, measured.varied[over[0]], measured.values, measured.deviations):
                 raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
         style.save(figure, path, dpi)

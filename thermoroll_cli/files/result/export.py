@@ -39,9 +39,12 @@ def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     own is a grid of its own, and so is each body with fields on all layers: the lower body at z < 0, its
     stresses in its own frame (z into the body). Contacts of an assembly are grids in axes of their own.
 
-    Returns the files written. Raises ResultFileError if there is no result to point to, WriteError if `out` cannot be written.
+    Returns the files written. Raises ResultFileError if there is no result to point to, or one of a line contact, WriteError if
+    `out` cannot be written.
     """
     result, out = read_result(result_path), pathlib.Path(out)
+    if not result.assembly and not len(result.y):
+        raise ResultFileError(f"{result_path}: a line contact has no surface to show: --format csv has its curves")
     hdf5 = os.path.relpath(os.path.realpath(result_path), os.path.dirname(os.path.realpath(out)))
     root, points = ElementTree.Element("Xdmf", Version="2.0"), _Points(out.with_name(f"{out.stem}_points.hdf5"), {})
     domain = ElementTree.SubElement(root, "Domain")
@@ -116,8 +119,8 @@ def _data_item(parent: ElementTree.Element, shape: tuple[int, ...], dtype: np.dt
 
 
 def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
-    """Write one line per grid point to `out`, along y first: x_mm, y_mm and every field, with the unit in the column's name and
-    10 significant digits; a value that was not computed is `nan`.
+    """Write one line per grid point to `out`, along y first: x_mm, y_mm (of a line contact x_mm alone) and every field, with
+    the unit in the column's name and 10 significant digits; a value that was not computed is `nan`.
 
     An assembly becomes a table of its patches, with their errors in columns `uncertainty.NAME`, and such a file for each of
     them, NAME_left_1.csv.
@@ -138,8 +141,9 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
     for name, contact in result.by_suffix.items():
         for _, prefix, state in _states(contact):
             own = "_isothermal" if prefix and contact.own_grids else ""
-            along, across = np.meshgrid(state.x * 1e3, state.y * 1e3, indexing="ij")
-            columns = tables.setdefault(path.with_name(f"{path.stem}{name}{own}{path.suffix}"), {"x_mm": along, "y_mm": across})
+            sides = {axis: places * 1e3 for axis, places in (("x_mm", state.x), ("y_mm", state.y)) if len(places)}
+            columns = tables.setdefault(path.with_name(f"{path.stem}{name}{own}{path.suffix}"),
+                                        dict(zip(sides, np.meshgrid(*sides.values(), indexing="ij"), strict=True)))
             columns |= dict(_column(FIELDS[field], values, prefix) for field, values in state.fields.items())
     for target, columns in tables.items():
         _write_csv(target, columns)

@@ -28,6 +28,7 @@ from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     FIELDS,
+    LINE_PROBLEM_SCALARS,
     PROBLEM_SCALARS,
     STRENGTH_FIELDS,
     SUBSURFACE_FIELDS,
@@ -172,7 +173,8 @@ def numbers_of(tree: Node) -> tuple[dict[str, float], dict[str, float]]:
 def _result(tree: Node) -> Result:
     numbers, uncertainty = numbers_of(tree)
     assembly = str(tree.attributes["assembly"])
-    of_problem = {name: numbers.pop(name) for name in PROBLEM_SCALARS if name in numbers and not assembly}
+    of_problem = {name: numbers.pop(name) for name in PROBLEM_SCALARS | LINE_PROBLEM_SCALARS
+                  if name in numbers and not assembly}
     below = {name: numbers.pop(name) for name in SUBSURFACE_SCALARS if name in numbers and not assembly}
     coupled = isothermal = _state(tree, numbers)
     if "isothermal" in tree.nodes:

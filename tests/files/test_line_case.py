@@ -1,0 +1,235 @@
+"""Line contacts through their real entry points: keys, names per length, files, pictures, and what is refused by name."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from thermoroll_cli import Case, CaseError, read_result, solve
+from thermoroll_cli.cli.cases import template_text
+from thermoroll_cli.files.case_schema import case_schema
+from thermoroll_cli.problem.names import ACROSS, LINE_SCALARS, PER_LENGTH
+
+GEARS: dict[str, Any] = {
+    "material": {"youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3},
+    "geometry": {"lower_radius_x_mm": 10.0, "upper_radius_x_mm": 15.0},
+    "load": {"normal_N_mm": 12.5, "friction_coefficient": 0.06},
+    "rolling": {"speed_m_s": 3.0},
+    "creepage": {"longitudinal": 0.0002},
+    "numerics": {"grid": 32},
+}
+
+
+def gears(**tables: dict[str, Any]) -> dict[str, Any]:
+    return {**GEARS, **{name: {**GEARS.get(name, {}), **table} for name, table in tables.items()}}
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    path = tmp_path / "gears.toml"
+    path.write_text(Case.from_dict(GEARS).to_toml())
+    return path
+
+
+def test_names_are_per_length_and_fields_over_x() -> None:
+    result = solve(GEARS)
+    assert result.converged and set(result.coupled.scalars) == {*LINE_SCALARS}
+    assert not {*PER_LENGTH, *ACROSS} & {*result.numbers}
+    # E* = 206/(2·0.91) GPa, R = 6 mm: Hertz by hand.
+    modulus = 206e3 / 1.82
+    half = math.sqrt(4.0 * 12.5 * 6.0 / (math.pi * modulus))
+    assert result["hertz_a_mm"] == pytest.approx(half) and result["contact_width_mm"] == pytest.approx(2.0 * half)
+    assert result["pressure_max_MPa"] == pytest.approx(2.0 * 12.5 / (math.pi * half))
+    assert result["friction_limit_N_mm"] == pytest.approx(0.75) and result["normal_N_mm"] == pytest.approx(12.5)
+    force, creepage = result["force_x_N_mm"], 0.0002
+    assert result["Q_F_W_mm"] == pytest.approx(force * creepage * 3.0, rel=1e-6)
+    assert result["T_gamma_N_mm"] == pytest.approx(force * creepage, rel=1e-6)
+    assert {values.shape for values in result.fields.values()} == {(32,)} and result.y.size == 0
+    dataset = result.to_xarray()
+    assert dataset["pressure"].dims == ("x",) and dataset.attrs["force_x_N_mm"] == force
+    # N/m² times m is N/m.
+    assert float(result.fields["shear_x"].sum() * np.diff(result.x)[0]) == pytest.approx(1e3 * force, rel=1e-3)
+    assert "F_x = 0.67" in repr(result) and "N/mm" in repr(result) and "×" not in repr(result)
+
+
+def test_run_writes_files_and_pictures(case: Path, tmp_path: Path) -> None:
+    done = call("run", case, "-o", tmp_path / "out", "--json", "--report")
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert record["force_x_N_mm"] == pytest.approx(0.677, abs=2e-3) and record["work"]["grid"] == [32]
+    assert record["uncertainty"]["force_x_N_mm"] > 0.0 and "approach_um" not in record and "force_x_N" not in record
+    pictures = {Path(name).stem for name in record["files"] if name.endswith(".png")}
+    assert {"gears_pressure", "gears_traction", "gears_heat_flux", "gears_summary", "gears_centreline"} == pictures
+    stored = read_result(tmp_path / "out" / "gears.h5")
+    assert stored["force_x_N_mm"] == record["force_x_N_mm"] and stored.fields["pressure"].shape == (32,)
+    assert call("compare", tmp_path / "out" / "gears.h5", tmp_path / "out" / "gears.h5").returncode == 0
+    again = call("run", "--from", tmp_path / "out" / "gears.h5", "-o", tmp_path / "again", "--json", "--no-plots")
+    assert json.loads(again.stdout)["force_x_N_mm"] == record["force_x_N_mm"]
+    assert call("export", tmp_path / "out" / "gears.h5", "--format", "csv", "-o", tmp_path).returncode == 0
+    with (tmp_path / "gears.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 32 and "y_mm" not in rows[0] and float(rows[16]["pressure_MPa"]) == pytest.approx(274.0, rel=0.01)
+
+
+@pytest.mark.parametrize(("command", "code", "words"), [
+    ("export out/gears.h5 --format xdmf", 5, "a line contact has no surface"),
+    ("plot out/gears.h5 --cut-y 0.1", 2, "the same at every y"),
+    ("wear gears.toml", 3, "wear"),
+    ("conicity gears.toml", 3, "geometry"),
+])
+def test_commands_that_need_another_contact(command: str, code: int, words: str, case: Path, tmp_path: Path) -> None:
+    assert call("run", case, "-o", tmp_path / "out", "--no-plots").returncode == 0
+    done = call(*command.split(), cwd=tmp_path)
+    assert done.returncode == code and words in done.stderr, done.stderr
+
+
+def test_show_and_sweeps(case: Path, tmp_path: Path) -> None:
+    shown = json.loads(call("show", case, "--json").stdout)
+    assert shown["grid"] == [32] and shown["hertz_p0_MPa"] == pytest.approx(273.97, rel=1e-4)
+    assert shown["saturation_creepage"] == pytest.approx(0.06 * shown["hertz_a_mm"] / 6.0)
+    assert shown["inputs"]["load.normal_N_mm"] == {"value": 12.5, "si": 12500.0, "unit": "N/m"}
+    assert "approach_um" not in shown and "hertz_b_mm" not in shown
+    out = tmp_path / "sweep"
+    done = call("sweep", case, "--over", "load.normal_N_mm=5:20:4", "-o", out)
+    assert done.returncode == 0, done.stderr
+    with (out / "sweep.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["normal_N_mm"]) for row in rows] == [5.0, 10.0, 15.0, 20.0]
+    assert all(float(row["force_x_over_friction_limit"]) == pytest.approx(
+        float(row["force_x_N_mm"]) / float(row["friction_limit_N_mm"])) for row in rows)
+    assert (out / "sweep.png").exists() and "force_x_N" not in rows[0]
+    animated = call("plot", out / "sweep.csv", "--animate", "load.normal_N_mm", "-o", tmp_path)
+    assert animated.returncode == 0 and list(tmp_path.glob("*.gif")), animated.stderr
+
+
+def test_a_fit_of_friction_from_forces_over_the_load(case: Path, tmp_path: Path) -> None:
+    creepages = (1e-4, 2e-4, 3e-4, 5e-4)
+    forces = [solve(gears(creepage={"longitudinal": xi}, load={"friction_coefficient": 0.05}))["force_x_N_mm"]
+              for xi in creepages]
+    (tmp_path / "data.csv").write_text("creepage.longitudinal,force_x_over_load\n" + "".join(
+        f"{xi},{force / 12.5}\n" for xi, force in zip(creepages, forces, strict=True)))
+    free = "--free", "load.friction_coefficient"
+    done = call("fit", case, tmp_path / "data.csv", *free, "-o", tmp_path, "--json", "--no-plots")
+    found = json.loads(done.stdout)["parameters"]["load.friction_coefficient"]["value"]
+    assert done.returncode == 0 and found == pytest.approx(0.05, rel=1e-3)
+
+
+def test_everything_the_template_offers_in_comments_works() -> None:
+    offered = re.sub(r"^# (\w+ = |\[)", r"\1", template_text("line-contact"), flags=re.MULTILINE)
+    offered = offered.replace("[material]\n", "[material.lower]\n")
+    offered = re.sub(r"^(longitudinal|lateral|partition) = [\d.]+\n", "", offered, flags=re.MULTILINE)
+    problem = Case.parse(offered.replace("yield_MPa", "# yield_MPa")).problem
+    assert problem.line and problem.friction.law is not None and problem.lower != problem.upper
+    assert problem.heating.conducts and problem.interlayer.compliance > 0.0
+    assert problem.motion.force_x == 500.0 and problem.motion.force_y == 0.0
+
+
+def test_an_accuracy_picks_the_elements() -> None:
+    result = solve(gears(numerics={"grid": None, "accuracy": 2e-4, "accuracy_of": ["forces", "stick_width_mm"]}))
+    assert result.converged and result.x.size >= 64
+    assert result.uncertainty["force_x_N_mm"] <= 2e-4 * result["friction_limit_N_mm"]
+
+
+def refused(content: dict[str, Any]) -> set[str]:
+    """Keys of the errors of a case; none if it is valid."""
+    try:
+        Case.from_dict(content)
+    except CaseError as error:
+        return {finding.key for finding in error.findings}
+    return set()
+
+
+@pytest.mark.parametrize(("tables", "key"), [
+    ({"load": {"normal_N": 65.0}}, "load.normal_N_mm"),
+    ({"load": {"approach_um": 1.0}}, "load.approach_um"),
+    ({"force": {"longitudinal_N": 1.0}, "creepage": {"longitudinal": None}}, "force.longitudinal_N"),
+    ({"force": {"longitudinal_N_mm": 1.0}, "creepage": {"longitudinal": None}}, "force.longitudinal_N_mm"),
+    ({"force": {"lateral_N_mm": 0.1}, "creepage": {"lateral": 0.0}}, "force.lateral_N_mm"),
+    ({"geometry": {"lower_radius_y_mm": 10.0}}, "geometry.lower_radius_y_mm"),
+    ({"geometry": {"conformal": True}}, "geometry.conformal"),
+    ({"geometry": {"upper_profile": {"kind": "logarithmic", "length_mm": 5.0, "drop_um": 1.0}}}, "geometry.upper_profile"),
+    ({"geometry": {"upper_radius_x_mm": -5.0}}, "geometry.upper_radius_x_mm"),
+    ({"creepage": {"spin_rad_mm": 0.01}}, "creepage.spin_rad_mm"),
+    ({"numerics": {"grid": [32, 32]}}, "numerics.grid"),
+    ({"numerics": {"grid": None, "accuracy_of": ["approach_um"]}}, "numerics.accuracy_of"),
+    ({"material": {"layers": [{"thickness_um": 5.0, "youngs_modulus_GPa": 100.0, "poisson_ratio": 0.3}]}}, "material.layers"),
+    ({"material": {"relaxation": [[0.3, 1e-4]]}}, "material.relaxation"),
+    ({"material": {"conductivity_W_mK": 50.0, "expansion_um_mK": 11.0, "diffusivity_mm2_s": 12.0},
+      "thermal": {"peclet": "sliding"}}, "thermal.peclet"),
+    ({"material": {"conductivity_W_mK": 50.0, "expansion_um_mK": 11.0, "diffusivity_mm2_s": 12.0},
+      "creepage": {"longitudinal": 2.0}}, "creepage.longitudinal"),
+    ({"history": {"distance_mm": [0, 1], "values": {"creepage.longitudinal": [0.0, 1e-4]}}}, "history"),
+])
+def test_keys_that_do_not_go_with_a_line(tables: dict[str, Any], key: str) -> None:
+    assert key in refused(gears(**tables))
+
+
+def test_a_load_per_length_is_what_two_long_cylinders_need() -> None:
+    with pytest.raises(CaseError, match=r"(?s)both bodies are flat.*load\.normal_N_mm"):
+        Case.from_dict(gears(load={"normal_N_mm": None, "normal_N": 1.0},
+                             geometry={"lower_radius_y_mm": math.inf, "upper_radius_y_mm": math.inf}))
+    assert refused(gears(force={"longitudinal_N_mm": 0.1}, load={"normal_N_mm": None, "normal_N": 1.0})) >= {
+        "force.longitudinal_N_mm"}
+    assert refused({**gears(), "track": {}, "wheelset": {}}) >= {"load.normal_N_mm"}
+
+
+HEATED = {"conductivity_W_mK": 50.0, "expansion_um_mK": 11.0, "diffusivity_mm2_s": 12.0}
+TURNS = {"recirculate": True, "convection_W_m2K": 50.0}
+LAW = {"law": "exponential", "limit_coefficient": 0.04, "half_slip_m_s": 0.001}
+WARM = {"bulk_temperature_lower_K": 5.0, "bulk_temperature_upper_K": 5.0}
+SAMPLES: dict[str, dict[str, dict[str, Any]]] = {
+    "thermal": {"heat": {"heat": True}, "deformation": {"deformation": False}, "peclet": {"peclet": "stationary"},
+                "partition": {"partition": 0.4}, "bulk_temperature_lower_K": WARM, "bulk_temperature_upper_K": WARM,
+                "lower": {"lower": TURNS}, "upper": {"upper": TURNS}},
+    "friction": {"law": LAW, "limit_coefficient": LAW, "half_slip_m_s": LAW, "memory_um": {**LAW, "memory_um": 1.0},
+                 "memory_slip_mm_s": {**LAW, "memory_um": 1.0, "memory_slip_mm_s": 2.0},
+                 "table": {"law": "table", "table": [[0.0, 0.06], [0.01, 0.05]]},
+                 "temperature_slope_1_K": {"temperature_slope_1_K": 1e-3}, "temperature_start_K": {"temperature_start_K": 1.0},
+                 "temperature_minimum_factor": {"temperature_minimum_factor": 0.2},
+                 "temperature_maximum_factor": {"temperature_maximum_factor": 1.5}},
+    "layer": {"compliance_um_GPa": {"compliance_um_GPa": 0.1}, "yield_MPa": {"yield_MPa": 10.0}},
+    "subsurface": {"bodies": {"bodies": ["lower"]}, "depth_mm": {"depth_mm": 0.1}, "layers": {"layers": 8},
+                   "thermal": {"thermal": False}, "fields": {"fields": "full"}},
+    "strength": {"lower": {"lower": {"shear_yield_MPa": 300.0}}, "upper": {"upper": {"dang_van_coefficient": 0.2}}},
+    "wear": {key: {"lower": {"specific_wear_rate_mm3_Nm": 1e-6}, **given} for key, given in {
+        "lower": {}, "upper": {"upper": {"specific_wear_rate_mm3_Nm": [[0.1, 1e-6], [1.0, 2e-6]]}},
+        "distance_km": {"distance_km": 1.0}, "depth_um": {"depth_um": 1.0}, "step_um": {"step_um": 1.0},
+        "smoothing_mm": {"smoothing_mm": 1.0}, "density_kg_m3": {"density_kg_m3": 7800.0},
+        "step_fraction": {"step_fraction": 0.2}, "snapshots": {"snapshots": 5}}.items()},
+}
+"""A table with each key."""
+OF_OTHERS = {"friction": {"over_angle", "across", "left", "right"}, "wear": {"positions", "positions_file"}}
+"""Keys of bodies with profiles and of wheelsets, which also other contacts with radii refuse."""
+
+
+def test_every_key_has_a_sample() -> None:
+    schema = case_schema()
+    for table, samples in SAMPLES.items():
+        entry = schema["properties"][table]
+        name = next(part["$ref"] for part in (entry, *entry.get("anyOf", ())) if "$ref" in part).rpartition("/")[2]
+        assert {*samples} | OF_OTHERS.get(table, set()) == {*schema["$defs"][name]["properties"]}, table
+
+
+@pytest.mark.parametrize(("table", "key"), [(table, key) for table, samples in SAMPLES.items() for key in samples])
+def test_every_key_runs_or_is_refused_by_name(table: str, key: str) -> None:
+    heated = table == "thermal" or key.startswith("temperature")
+    others: dict[str, dict[str, Any]] = {"material": HEATED} if heated else {}
+    if table == "strength":
+        others["subsurface"] = {}
+    line = gears(**others, **{table: SAMPLES[table][key]})
+    round_one = {**line, "load": {"normal_N": 5.0, "friction_coefficient": 0.06},
+                 "geometry": {**line["geometry"], "lower_radius_y_mm": 10.0, "upper_radius_y_mm": 10.0}}
+    assert refused(round_one) == set()
+    keys = refused(line)
+    if not keys:
+        assert solve(line).converged
+    else:
+        assert any(named.split(".")[0] in (table, "thermal" if heated else table) for named in keys), keys

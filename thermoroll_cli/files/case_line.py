@@ -1,0 +1,47 @@
+"""Line contacts in case files: what a load per length means for the other keys, and what is not computed with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from thermoroll_cli.files.case_errors import Fault
+from thermoroll_cli.problem.problem import BODIES
+
+LOAD = "load.normal_N_mm"
+REFUSED = ("history", "geometry.conformal", "geometry.lower_profile", "geometry.upper_profile", "creepage.spin_rad_mm",
+           "thermal.lower", "thermal.upper", "subsurface", "strength", "wear")  # fmt: skip
+"""Tables and keys that are not computed for line contacts."""
+
+
+def is_line(sections: Mapping[str, Any]) -> bool:
+    """Whether a case is one of a line contact: its load is one per length."""
+    load = sections.get("load")
+    return load is not None and load.normal_N_mm is not None
+
+
+def line_faults(sections: Mapping[str, Any]) -> Iterator[Fault]:
+    """Keys that do not go with a line contact, or with another one."""
+    force, geometry, numerics = (sections.get(name) for name in ("force", "geometry", "numerics"))
+    line = is_line(sections)
+    for way in ("longitudinal", "lateral"):
+        own, other = (f"{way}_N_mm", f"{way}_N") if line else (f"{way}_N", f"{way}_N_mm")
+        if force is not None and getattr(force, other) is not None:
+            why = f"is no force per length, as {LOAD} is a load per length" if line else (
+                "is a force per length, and the load is not one per length")
+            yield ("force", other), why, f"force.{own}" + ("" if line else f", or {LOAD}")
+    if not line:
+        return
+    for key in REFUSED:
+        table, _, inner = key.partition(".")
+        given = sections.get(table)
+        if getattr(given, inner, None) if inner and given is not None else given:
+            yield tuple(key.split(".")), "is not computed for line contacts", f"a case without it, or without {LOAD}"
+    for body in BODIES if geometry is not None else ():
+        radius = getattr(geometry, f"{body}_radius_y_mm")
+        if radius is not None and math.isfinite(radius):
+            yield (("geometry", f"{body}_radius_y_mm"), f"is finite, and {LOAD} is the load of bodies that are long across "
+                   "rolling", "inf, or the key left out; or load.normal_N")  # fmt: skip
+    if numerics is not None and isinstance(numerics.grid, tuple):
+        yield ("numerics", "grid"), "a line contact has elements along rolling alone", "one number"
