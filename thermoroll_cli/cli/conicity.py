@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options
 from thermoroll_cli.cli.deliver import Ending, deliver
-from thermoroll_cli.files.csv_table import csv_text
+from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.python_api import conicity as conicity_of
 from thermoroll_cli.sweeps.points import Axis
 from thermoroll_cli.wheelset.conicity import NUMBERS
@@ -57,10 +56,10 @@ def conicity(
     def write() -> Iterator[Path]:
         for kind, columns in TABLES.items():
             path = output / f"{read.name}_{kind}.csv"
-            write_bytes(path, csv_text(columns, zip(*(record[name] for name in columns), strict=True)).encode())
+            write_rows(path, columns, zip(*(record[name] for name in columns), strict=True))
             yield path
         path, points = output / f"{read.name}_contacts.csv", record["contacts"]
-        write_bytes(path, csv_text(points, zip(*points.values(), strict=True)).encode())
+        write_rows(path, points, zip(*points.values(), strict=True))
         yield path
 
     def draw() -> list[Path]:

@@ -10,7 +10,6 @@ from typing import Annotated, Literal, TypeVar
 import numpy as np
 import typer
 
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.commands import HELP_OPTIONS
 from thermoroll_cli.cli.deliver import Ending, deliver
@@ -19,7 +18,7 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
 from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, read_table, write_csv, write_table
-from thermoroll_cli.files.csv_table import csv_text
+from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.problem.friction import FrictionLaw
 from thermoroll_cli.sweeps.points import Axis
 from thermoroll_cli.tasks.runner import Workers
@@ -168,7 +167,7 @@ def query(
         "poisson_ratio": np.full_like(xi, table.values.poisson_ratio)}
     rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
     if csv is not None:
-        write_bytes(csv, csv_text(columns, rows).encode())
+        write_rows(csv, columns, rows)
     if not as_json:
         streams.write("\t".join(columns))
     for row in rows:

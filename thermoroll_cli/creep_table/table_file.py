@@ -10,11 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.creep_table.point_solver import QUANTITIES
 from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, spin_angle
 from thermoroll_cli.exact.kalker import creepage_coefficients
-from thermoroll_cli.files.csv_table import csv_text
+from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, load, save
 
 LARGEST_MAGNITUDE = 1e4
@@ -178,4 +177,4 @@ def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:
         rows += [["" if math.isnan(cell) else f"{cell:.7g}" for cell in cells]
                  for cells in np.stack(columns, axis=-1).reshape(-1, len(columns))]
     header = ["aspect_ratio", "xi", "eta", "phi", "magnitude", "alpha_deg", "beta_deg", *QUANTITIES]
-    write_bytes(path, csv_text(header, rows).encode())
+    write_rows(path, header, rows)

@@ -8,7 +8,7 @@ import os
 import re
 from collections.abc import Iterable
 
-from thermoroll_cli.atomic import ReadError, read_bytes
+from thermoroll_cli.atomic import ReadError, read_bytes, write_bytes
 
 LARGEST, FILE_LIMIT = 2**29, 1 << 20
 """Bytes that a table may have, and a file that a case names."""
@@ -80,10 +80,10 @@ def _filled(cells: list[str], least: int = 0) -> list[str]:
     return cells
 
 
-def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """A table as CSV."""
+def write_rows(path: str | os.PathLike[str], header: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write a table as CSV to `path`, complete or not at all. Raises WriteError."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
     writer.writerows(rows)
-    return text.getvalue()
+    write_bytes(path, text.getvalue().encode())

@@ -219,14 +219,12 @@ def peak_value(field: Array, *, averages: bool = True) -> float:
     places = np.argwhere(field > (1.0 - SHARED) * field.max())
     if not 0 < len(places) <= MOST_SHARING:
         places = np.argwhere(field == field.max())[:1]
-    return max(_top(field, int(i), int(j), averages) for i, j in places)
-
-
-def _top(field: Array, i: int, j: int, averages: bool) -> float:
-    """Top of the parabolas through one of the largest elements."""
-    along = None if averages else _skew_rise(field[:, j], i)
-    along = _rise(field[:, j], i, averages) if along is None else along
-    return float(field[i, j]) + along + _rise(field[i, :], j, averages)
+    tops = []
+    for i, j in places.tolist():
+        along = None if averages else _skew_rise(field[:, j], i)
+        along = _rise(field[:, j], i, averages) if along is None else along
+        tops.append(float(field[i, j]) + along + _rise(field[i, :], j, averages))
+    return max(tops)
 
 
 def _rise(line: Array, k: int, averages: bool) -> float:

@@ -14,7 +14,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.atomic import replacing, write_bytes
-from thermoroll_cli.files.csv_table import csv_text
+from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, save
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.numerics.grid import Grid
@@ -135,8 +135,7 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
         rows = [patch | {f"uncertainty.{name}": error for name, error in patch["uncertainty"].items() if not math.isnan(error)}
                 for patch in map(dict, result.records)]
         names = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "uncertainty"]
-        table = csv_text(names or ["side", "number"], ([row.get(name, "") for name in names] for row in rows))
-        write_bytes(path, table.encode())
+        write_rows(path, names or ["side", "number"], ([row.get(name, "") for name in names] for row in rows))
     tables: dict[pathlib.Path, dict[str, AnyArray]] = {}
     for name, contact in result.by_suffix.items():
         for _, prefix, state in _states(contact):
