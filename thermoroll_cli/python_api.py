@@ -53,11 +53,16 @@ def _contact_warnings(problem: Problem) -> Iterable[str]:
     return *warnings_before(derived), *expected_temperature_warning(derived)
 
 
+def _history_facts(history: History) -> Mapping[str, float]:
+    """Of the largest load."""
+    return {name: value for name, value in make_plan(history.largest).facts.items() if value == value}
+
+
 KINDS: dict[type[Task], Kind] = {
     Problem: Kind(refinement.Solver, _contact_warnings, lambda problem: make_plan(problem).facts, make_plan),
     WheelsetProblem: Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of),
     BearingProblem: Kind(lambda threads, options: BearingSolver(threads), bearing_warnings, facts_of_bearing),
-    History: Kind(HistorySolver, lambda history: (), lambda history: {}),
+    History: Kind(HistorySolver, lambda history: (), _history_facts),
 }
 """The kinds of problems that a case may describe."""
 

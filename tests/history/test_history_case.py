@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +78,84 @@ def test_a_table_over_time_is_drawn_and_reported_as_that_of_a_sweep(tmp_path: Pa
     assert "over distance rolled, from 0 to 7 mm: 3 of 3 states converged" in page
     read = read_table(tmp_path / "ball_history.csv")
     assert read.of_history and read.label == ("distance_mm", "creepage.longitudinal") and "values" in read.case_text
+
+
+def test_fields_of_some_rows_and_their_animation(tmp_path: Path) -> None:
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"fields_every": 4})).to_toml())
+    for command in ("run ball.toml -o . --no-plots", "plot ball_history.h5 --animate distance_mm"):
+        done = thermoroll(*command.split(), cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    read = read_table(tmp_path / "ball_history.h5", with_fields=True)
+    assert [*read.states] == [0, 4, 8]
+    last = read_result(tmp_path / "ball.h5")
+    assert np.array_equal(read.states[8].fields["shear_x"], last.fields["shear_x"])
+    assert read.states[8].scalars["force_x_N"] == last["force_x_N"] and read["heat_J"][-1] == last["heat_J"]
+    assert (tmp_path / "ball_history.gif").read_bytes().startswith(b"GIF")
+    done = thermoroll("plot", "ball_history.csv", "--animate", "distance_mm", cwd=tmp_path)
+    assert done.returncode == 2 and "history.fields_every" in done.stderr
+
+
+def recorded(tmp_path: Path, text: str) -> Case:
+    (tmp_path / "record.csv").write_text(text)
+    case = ball(history={"file": "record.csv", "steps": 2})
+    case["history"] = {name: value for name, value in case["history"].items() if name not in ("distance_mm", "values")}
+    return Case.parse(tomli_w.dumps(case), name=str(tmp_path / "case"))
+
+
+def test_a_record_over_time_is_read_with_its_units(tmp_path: Path) -> None:
+    case = recorded(tmp_path, "time;load.normal;creepage.longitudinal\nms;kN;%\n0;0,0005;0,1\n7;0,0004;0,3\n")
+    course = case.task.course  # type: ignore[union-attr]
+    assert course.places == pytest.approx((0.0, 0.007))
+    assert course.values["load.normal_N"] == pytest.approx((0.5, 0.4))
+    assert course.values["creepage.longitudinal"] == pytest.approx((0.001, 0.003))
+    again = Case.parse(case.to_toml(), name="elsewhere")
+    assert again.task.course == course  # type: ignore[union-attr]
+    case = recorded(tmp_path, "distance [m],rolling.speed [km/h]\n0,3.6\n0.007,7.2\n")
+    course = case.task.course  # type: ignore[union-attr]
+    assert course.by_distance and course.values["rolling.speed_m_s"] == pytest.approx((1.0, 2.0))
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("time_s,load.normal_N\n0,1\n1,x\n", 'record.csv, line 3: load.normal_N is "x", not a number'),
+    ("time_s,load.normal_N\n0,1\n1,2\n0.5,2\n", "record.csv, line 4: time_s falls from 1 to 0.5"),
+    ("time_s,load.normal_kg\n0,1\n1,2\n", "the column load.normal_kg is no key"),
+    ("time_s,load.normal [lbf]\n0,1\n1,2\n", "the unit lbf of load.normal_N is not known"),
+    ("time_s,load.normal\n0,1\n1,2\n", "load.normal has no unit"),
+    ("load.normal_N\n1\n2\n", "neither distance_mm nor time_s"),
+    ("time_s,load.normal_N,load.normal [N]\n0,1,1\n1,2,2\n", "stands there twice"),
+])  # fmt: skip
+def test_what_is_wrong_with_a_record(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(CaseError, match=r"history\.file") as raised:
+        recorded(tmp_path, text)
+    assert message in raised.value.findings[0].message
+
+
+def test_elements_and_steps_until_every_row_is_accurate() -> None:
+    wave = {"distance_mm": [0, 2, 5, 7], "values": {"creepage.longitudinal": [0.001, 0.0013, 0.0017, 0.002]}}
+    case = {**ball(), "numerics": {"accuracy": 0.01, "accuracy_of": ["forces"]}, "history": {**wave, "steps": 7}}
+    found = solve(case)
+    assert found.converged and found.history is not None and found.work["grid"] == [32, 32]
+    limit = np.array(found.history["friction_limit_N"])
+    assert len(limit) == 8 and max(found.history["uncertainty.force_x_N"] / limit) <= 0.01
+    case["numerics"]["accuracy"] = 0.7 * float(max(found.history["uncertainty.force_x_N"] / limit))
+    finer = solve(case)
+    assert finer.history is not None and finer.work["grid"] == [64, 64] and len(finer.history["time_s"]) == 8
+    assert max(finer.history["uncertainty.force_x_N"] / limit) <= case["numerics"]["accuracy"]
+
+
+def test_an_interruption_keeps_the_rows(tmp_path: Path) -> None:
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(numerics={"grid": 64}, history={"steps": 1000})).to_toml())
+    with subprocess.Popen([sys.executable, "-m", "thermoroll_cli", "run", "ball.toml", "-o", ".", "-v"], cwd=tmp_path,
+                          stderr=subprocess.PIPE, text=True) as running:
+        assert running.stderr is not None
+        for line in running.stderr:
+            if "grid 64×64" in line:
+                running.send_signal(signal.SIGINT)
+                break
+        rest = running.stderr.read()
+    assert running.returncode == 130 and "rows up to here" in rest
+    rows = read_table(tmp_path / "ball_history.csv")
+    assert 1 <= rows.count < 1000 and "uncertainty.force_x_N" in rows and not (tmp_path / "ball.h5").exists()
 
 
 def test_nothing_rolls() -> None:

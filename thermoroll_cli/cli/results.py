@@ -16,6 +16,7 @@ from thermoroll_cli.cli.tables import folded, with_remarks
 from thermoroll_cli.files.result.compare import compare as compared
 from thermoroll_cli.files.result.export import export_csv, export_stress_path, export_xdmf
 from thermoroll_cli.files.result.outcome import read_result, read_tree
+from thermoroll_cli.problem.names import PLACES
 from thermoroll_cli.problem.result import Result
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ ExportFormat = StrEnum("ExportFormat", "xdmf csv")
 
 def plot(
     results: Annotated[
-        list[Path], typer.Argument(metavar="RESULT.h5...", help="Result files of run; sweep.csv or sweep.h5 of sweep.")
+        list[Path], typer.Argument(metavar="RESULT.h5...", help="Result files of run; NAME_history.h5; sweep.csv or sweep.h5.")
     ],
     output: Folder = None,
     formats: options.Formats = None,
@@ -63,7 +64,7 @@ def plot(
     with options.usage("--measured"):
         measured = None if data is None else Measured.read(data)
     # All of them are read before the first picture is drawn.
-    stored = [read_table(path) if is_table_file(path) else read_result(path) for path in results]
+    stored = [read_table(path, with_fields=bool(animate)) if is_table_file(path) else read_result(path) for path in results]
     if output is not None:
         options.check_writable(output)
     for path, stem, result in zip(results, stems, stored, strict=True):
@@ -94,6 +95,11 @@ def _animated(path: Path, stem: Path, table: Columns, key: str) -> Path:
     """The animation of a sweep. Raises ValueError where it has not what that needs."""
     from thermoroll_cli.plots.animation import draw_animation
 
+    if table.of_history and key in (*PLACES,):
+        if len(table.states) < 2:
+            raise ValueError("it has no fields of two states: set history.fields_every, and take NAME_history.h5")
+        states = table.states
+        return draw_animation(stem.with_suffix(".gif"), list(states.values()), key, [table[key][row] for row in states])
     if key not in table.varied:
         raise ValueError(f"{key} was not swept, but {', '.join(table.varied)}")
     columns = table.columns

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,10 +17,13 @@ from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.result.labelled import save
 from thermoroll_cli.files.result.outcome import read_result, write_result
-from thermoroll_cli.files.table_file import write_csv
+from thermoroll_cli.files.table_file import HISTORY, tree_of_table, write_csv
 from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
+from thermoroll_cli.process import Interrupted
 from thermoroll_cli.python_api import KINDS, solve
 from thermoroll_cli.refinement.plan import COARSEST
 
@@ -104,17 +107,26 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
     progress = Progress(case.name, quiet=to.quiet, verbose=verbose,
                         steps=tuple if plan is None else lambda: plan(task).steps,
                         at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
-    with progress:
-        result = solve(task, threads=threads, report=progress).with_case(case.text, case.to_json())
+    so_far: Callable[[], Result] | None = None
+
+    def report(stage: str, info: Mapping[str, Any]) -> None:
+        nonlocal so_far
+        so_far = info.get("so_far", so_far)
+        progress(stage, {name: value for name, value in info.items() if name != "so_far"})
+
+    try:
+        with progress:
+            result = solve(task, threads=threads, report=report).with_case(case.text, case.to_json())
+    except Interrupted:
+        if so_far is not None:
+            kept = _write_history(so_far().with_case(case.text, case.to_json()), to.folder / f"{case.name}_history")
+            streams.note(f"thermoroll: {case.name}: interrupted; the rows up to here are in {', '.join(map(str, kept))}")
+        raise
     target = to.folder / f"{case.name}.h5"
 
     def write() -> list[Path]:
         write_result(target, result, options.command_line())
-        if result.history is None:
-            return [target]
-        table = to.folder / f"{case.name}_history.csv"
-        write_csv(table, result.history)
-        return [target, table]
+        return [target, *_write_history(result, to.folder / f"{case.name}_history")]
 
     def draw() -> list[Path]:
         from thermoroll_cli.plots import pictures
@@ -164,3 +176,13 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
     return deliver(to, case.name, case.name, write=write, draw=draw, section=section,
                    record={"title": case.settings.title, **result.summary()}, lines=lines,
                    reason=result.reason, warnings=result.warnings, drawable=drawable)
+
+
+def _write_history(result: Result, stem: Path) -> list[Path]:
+    """Write the table of a contact over time, and return the paths; none of another result. Raises WriteError."""
+    if result.history is None:
+        return []
+    files = [stem.with_name(f"{stem.name}.{ending}") for ending in ("csv", "h5")]
+    write_csv(files[0], result.history)
+    save(files[1], tree_of_table(result.history), HISTORY, options.command_line())
+    return files

@@ -7,6 +7,7 @@ from typing import Any
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align, folded, with_remarks
 from thermoroll_cli.files.case import Case, shown
+from thermoroll_cli.files.history_file import history_words
 from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.files.relaxation_file import series_words
 from thermoroll_cli.problem.names import ALL_SCALARS
@@ -67,8 +68,9 @@ def show(
     table += [(f"  {item.key}", shown(item.value), item.shown_si) for item in read.inputs if item.key != "title"]
     lines = [*folded(read.name + (f" ({title})" if title else ""), width, indent=""), *(line[2:] for line in align(table))]
     if read.profiles:
+        words = {"times": series_words, "keys": history_words}
         lines += "files as they were read", *with_remarks(
-            [(key, series_words(record) if "times" in record else reading_words(record))
+            [(key, next((write for name, write in words.items() if name in record), reading_words)(record))
              for key, record in read.profiles.items()], width)
     meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS
     lines += "known before solving", *with_remarks(

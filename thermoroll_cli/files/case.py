@@ -31,6 +31,7 @@ from thermoroll_cli.files.case_source import (
     read_source,
 )
 from thermoroll_cli.files.case_wheelset import wheelset_of
+from thermoroll_cli.files.history_file import RecordOverTime
 from thermoroll_cli.files.profile_file import Reading
 from thermoroll_cli.files.relaxation_file import MeasuredSeries
 from thermoroll_cli.history.course import History
@@ -59,7 +60,7 @@ class Case:
     name: str = field(compare=False)
     text: str = field(compare=False)
     settings: model.Settings
-    readings: Mapping[str, Reading | MeasuredSeries] = field(default_factory=dict, compare=False)
+    readings: Mapping[str, Reading | MeasuredSeries | RecordOverTime] = field(default_factory=dict, compare=False)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:
@@ -289,6 +290,8 @@ def shown(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, list | tuple):
         return f"{len(value)} values" if len(value) > 2 else "×".join(map(shown, value))
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} ({shown(inner)})" for key, inner in value.items())
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

@@ -25,6 +25,7 @@ from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.case_wheelset import OutlineTable
+from thermoroll_cli.files.history_file import RecordOverTime, read_history
 from thermoroll_cli.files.positions_file import read_positions
 from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
 from thermoroll_cli.files.relaxation_file import MeasuredSeries, read_series
@@ -54,6 +55,8 @@ SOURCES = (
     Source(model.MaterialConstants, "relaxation_file", "relaxation", read_series,
            "a text file with the columns frequency_Hz, storage_GPa, loss_GPa"),
     Source(model.WearTable, "positions_file", "positions", read_positions),
+    Source(HistoryTable, "file", "values", read_history,
+           "a CSV file with the columns distance_mm or time_s and keys that change, names in its first line"),
 )  # fmt: skip
 
 _MESSAGES = {
@@ -73,7 +76,7 @@ _MESSAGES = {
 """Kinds of pydantic's errors, in our words."""
 
 
-def validate(source: CaseSource) -> tuple[Settings, dict[str, Reading | MeasuredSeries]]:
+def validate(source: CaseSource) -> tuple[Settings, dict[str, Reading | MeasuredSeries | RecordOverTime]]:
     """The settings of a case with all defaults filled in, and by the keys of their tables the profiles that were read from
     files. Raises CaseError with all errors of the case."""
     checker = _Checker(source)
@@ -86,7 +89,7 @@ class _Checker:
         self.content = source.content
         self.findings: list[Finding] = []
         self.sections: dict[str, Any] = {}
-        self.readings: dict[str, Reading | MeasuredSeries] = {}
+        self.readings: dict[str, Reading | MeasuredSeries | RecordOverTime] = {}
 
     def settings(self) -> Settings:
         self._unknown_in((), (key for key in self.content if key not in Settings.model_fields))
@@ -203,7 +206,7 @@ class _Checker:
             changes["begin"] = os.path.abspath(os.path.join(os.path.dirname(self.source.name), table.begin))
         for source in (source for source in SOURCES if isinstance(table, source.table)):
             named, place = getattr(table, source.key), (*path, source.key)
-            if named is None or getattr(table, source.content) is not None:
+            if named is None or getattr(table, source.content):
                 continue
             if isinstance(named, model.RelaxationFile):
                 named, place = named.file, (*place, "file")
@@ -215,7 +218,7 @@ class _Checker:
             if not isinstance(read, list):
                 self.readings[".".join(map(str, place[:-1]))] = read
                 read = read.content
-            changes |= {source.content: read, source.key: None}
+            changes |= {**(read if isinstance(read, dict) else {source.content: read}), source.key: None}
         return None if failed else table.model_copy(update=changes) if changes else table
 
     def _kind_of_case(self) -> None:

@@ -20,7 +20,7 @@ from thermoroll_cli.problem.result import Result
 
 MOST_PLACES = 100000
 REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "thermal.lower", "thermal.upper",
-           "geometry.conformal", "friction.law", "friction.memory_um", "numerics.accuracy")
+           "geometry.conformal", "friction.law", "friction.memory_um")
 """Tables and keys that are not computed over time."""
 LARGEST = 1e15
 """Magnitude of any value."""
@@ -41,6 +41,9 @@ class HistoryTable(Table):
     time_s: Annotated[Numbers | None, RISING] = Field(default=None, description="Times, of values, instead of distance_mm")
     steps: int | None = Field(default=None, ge=1, le=MOST_PLACES,
                               description="Equal steps from the first place to the last; a row for each place if left out")
+    file: str | None = Field(default=None, max_length=1000,
+                             description="CSV file with distance_mm or time_s, and values, in place of them")
+    fields_every: int = Field(default=0, ge=0, le=MOST_PLACES, description="Fields of every so manieth row are kept; 0: none")
     begin: Annotated[str | None, BEGIN] = Field(
         default=None, max_length=1000,
         description='The steady state (default), "pressed": no tractions yet (default at speed 0), or the result file FILE.h5')
@@ -59,7 +62,7 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
     if history.begin and history.begin not in STATES and not history.begin.endswith(".h5"):
         yield ("history", "begin"), "is no state to begin with", BEGIN.words
     if (history.distance_mm is None) == (history.time_s is None):
-        yield ("history",), "needs distance_mm or time_s", "one of them"
+        yield ("history",), "needs distance_mm or time_s", "one of them, or a file"
         return
     places = history.distance_mm or history.time_s or []
     name = "time_s" if history.distance_mm is None else "distance_mm"
@@ -109,7 +112,7 @@ def history_of(table: HistoryTable, problem: Problem) -> History:
     values = {key: tuple(given) for key, given in table.values.items()}
     begin = STATES.get(table.begin or ("pressed" if still else "steady")) or _result_in(str(table.begin))
     return History(replace(problem, motion=motion), Course(
-        places, values, by_distance, table.steps, begin))
+        places, values, by_distance, table.steps, begin, table.fields_every))
 
 
 def _result_in(path: str) -> Result:

@@ -416,6 +416,8 @@ EXCLUSIVE = (
        "convection, or a thermal resistance, of each body") for body in BODIES),
     ("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
     ("history.distance_mm", "history.time_s", "distances, or times"),
+    *((f"history.{key}", "history.file", "values and their places, or a file of them")
+      for key in ("distance_mm", "time_s", "values")),
     ("wear.positions", "wear.positions_file", "positions, or a file of them"),
     ("load.normal_N", "load.approach_um", "a normal load, or an approach"),
     ("load.normal_N", "load.vertical_N", "a normal load, or a vertical force"),

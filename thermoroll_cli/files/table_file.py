@@ -16,8 +16,8 @@ from thermoroll_cli.atomic import replacing
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, is_kind, load, of_texts
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.columns import Columns
-from thermoroll_cli.problem.names import PLACES, column_of
-from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.names import FIELDS, PLACES, column_of
+from thermoroll_cli.problem.result import Result, State
 
 SWEEP, HISTORY = "sweep", "history"
 """Kinds of files of tables."""
@@ -52,12 +52,24 @@ def columns_node(table: Columns) -> Node:
 
 
 def tree_of_table(table: Columns, **texts: str) -> Node:
-    """The tree of the file of a table, with the text of its case and other `texts` by name."""
-    return Node(
-        columns_node(table).arrays,
-        {"title": table.title, "keys": json.dumps(table.varied)},
-        {"input": of_texts({"case_text": table.case_text, **texts})},
-    )
+    """The tree of the file of a table, with the text of its case and other `texts` by name; fields of states in `fields`."""
+    return Node(columns_node(table).arrays, {"title": table.title, "keys": json.dumps(table.varied)}, {
+        "input": of_texts({"case_text": table.case_text, **texts}), "fields": _fields_node(table.states)})
+
+
+def _fields_node(states: Mapping[int, State]) -> Node:
+    """The fields of states on one grid over the number of their row, x and y."""
+    if not states:
+        return Node()
+    first = next(iter(states.values()))
+    arrays = axis("row", np.array(list(states)), "", "row of the table") | (
+        axis("x", first.x, "m", "along rolling, trailing edge at +x") | axis("y", first.y, "m", "lateral"))
+    for name, field in FIELDS.items():
+        if all(name in state.fields for state in states.values()):
+            kind = np.int8 if name == "state" else np.float64
+            stack = np.stack([np.asarray(state.fields[name], dtype=kind) for state in states.values()])
+            arrays[name] = Labelled(("row", "x", "y"), stack, field.unit, field.meaning, compressed=True)
+    return Node(arrays)
 
 
 def _array(values: Sequence[Any]) -> AnyArray:
@@ -75,11 +87,11 @@ def is_table_file(path: pathlib.Path) -> bool:
     return path.suffix.lower() == ".csv" or is_kind(path, SWEEP) or is_kind(path, HISTORY)
 
 
-def read_table(path: pathlib.Path) -> Columns:
+def read_table(path: pathlib.Path, *, with_fields: bool = False) -> Columns:
     """The table in the file at `path`, as `sweep` writes sweep.csv and sweep.h5, and `run` NAME_history.csv and
-    NAME_history.h5. Raises ResultFileError."""
+    NAME_history.h5, the latter `with_fields` if wanted. Raises ResultFileError."""
     try:
-        return _read_csv(path) if path.suffix.lower() == ".csv" else _read_hdf5(path)
+        return _read_csv(path) if path.suffix.lower() == ".csv" else _read_hdf5(path, with_fields=with_fields)
     except ResultFileError:
         raise
     except (OSError, ValueError, KeyError, IndexError, StopIteration) as cause:
@@ -118,14 +130,18 @@ def _value(text: str) -> float | str:
         return text
 
 
-def _read_hdf5(path: pathlib.Path) -> Columns:
-    tree = load(path, HISTORY if is_kind(path, HISTORY) else SWEEP, ("fields",))
+def _read_hdf5(path: pathlib.Path, *, with_fields: bool) -> Columns:
+    tree = load(path, HISTORY if is_kind(path, HISTORY) else SWEEP, () if with_fields else ("fields",))
     keys, over = tuple(tree.json("keys")), tree.arrays["status"].axes
     columns = {name: array.values.ravel().tolist() for name, array in tree.arrays.items() if array.axes == over}
     if "point" not in over:
         along = np.meshgrid(*(tree.arrays[key].values for key in over), indexing="ij")
         columns |= {key: values.ravel().tolist() for key, values in zip(over, along, strict=True)}
     columns = {name: columns[name] for name in (*keys, *(name for name in columns if name not in keys))}
-    return Columns(
-        columns, keys, over, str(tree.attributes["title"]), tree.nodes["input"].text("case_text"), tree.attributes
-    )
+    fields, states = tree.nodes.get("fields", Node()).arrays, dict[int, State]()
+    for place, row in enumerate(fields["row"].values.tolist() if fields else ()):
+        known = {name: array.values[place] for name, array in fields.items() if array.axes == ("row", "x", "y")}
+        numbers = {name: column[row] for name, column in columns.items() if isinstance(column[row], float)}
+        states[row] = State(known, numbers, fields["x"].values, fields["y"].values)
+    title, case_text = str(tree.attributes["title"]), tree.nodes["input"].text("case_text")
+    return Columns(columns, keys, over, title, case_text, tree.attributes, states)

@@ -50,13 +50,14 @@ happen in does (`steps`)."""
 class Course:
     """Inputs over time: `values` by key of `VARIED`, in the units of the keys, at the `places`, linear between them; the same
     place twice is a jump. Places are times in s, or with `by_distance` distances rolled in m. `steps` equal steps are reported,
-    or without it a row for each place."""
+    or without it a row for each place; every `fields_every`-th row keeps its fields (0: none)."""
 
     places: tuple[float, ...]
     values: Mapping[str, tuple[float, ...]]
     by_distance: bool = False
     steps: int | None = None
     begin: Begin = "steady"
+    fields_every: int = 0
 
     @cached_property
     def rows(self) -> Array:

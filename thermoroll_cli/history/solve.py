@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,10 @@ from thermoroll_cli.history.course import VARIED, History
 from thermoroll_cli.history.steps import Moment, Steps
 from thermoroll_cli.problem.columns import CONVERGED, Columns
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.names import PLACES, over_limit
-from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.names import PLACES, SCALARS, UNCERTAINTY, over_limit
+from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.refinement.error_estimates import missed_accuracy
 from thermoroll_cli.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
@@ -25,6 +27,25 @@ from thermoroll_cli.steady_state.solvable import reasons_against
 
 COARSEST = 8
 """Elements per side of a coarser grid that gives error estimates."""
+FIRST, FINEST = 32, 256
+"""Elements per side of the first grid and of the last one tried where an accuracy is asked for; each takes eight times the time
+of the one before."""
+
+Report = Callable[[str, Mapping[str, Any]], None]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A state of a history as tables have it: its `place` in the course, `time` in s, `distance` rolled in m, scalars, the
+    `applications` since the row before, whether all steps since then were solved, and with its fields the `state`."""
+
+    place: float
+    time: float
+    distance: float
+    scalars: Mapping[str, float]
+    applications: int
+    converged: bool
+    state: State | None = None
 
 
 class HistorySolver:
@@ -33,41 +54,85 @@ class HistorySolver:
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         self._threads, self._options = threads, options
 
-    def solve(self, history: History, *, report: Callable[[str, Mapping[str, Any]], None] | None = None) -> Result:
-        """The result of the last state, with the columns of all. Raises Unsolvable where friction cannot carry a force."""
+    def solve(self, history: History, *, report: Report | None = None) -> Result:
+        """The result of the last state, with the columns of all. What is reported of a step may have `so_far`, a function that
+        makes the result up to there. Raises Unsolvable where friction cannot carry a force."""
         _check(history)
-        rows, shape = history.course.rows, history.problem.numerics.grid
-        assert shape is not None
-        few = np.unique([*rows[::2], rows[-1]])
-        runs = [(shape, rows)]
-        if min(shape) >= 2 * COARSEST:
-            runs.append((((shape[0] + 1) // 2, (shape[1] + 1) // 2), few))
         extent, warnings = max(history.problem.numerics.extent, SMALLEST_EXTENT), list[str]()
         while True:
-            found = [self._moments(history, places, grid, extent, report) for grid, places in runs]
-            if extent > LARGEST_EXTENT or not any(moments[-1].state.touches_rim for moments in found):
-                break
+            found = self._refined(history, extent, warnings, report)
+            if found is not None:
+                return found
             extent *= GROWTH
             warnings = [f"the contact reached the rim of the domain: extent grown to {extent:g}"]
-        moments, coarser = found[0], found[1] if len(found) > 1 else []
-        columns = {name: np.array([moment.reported.scalars[name] for moment in moments])
-                   for name in moments[0].reported.scalars}
-        return replace(_result(history, moments, _errors(rows, columns, few, coarser)), warnings=tuple(warnings))
 
-    def _moments(
-        self, history: History, rows: Array, shape: tuple[int, int], extent: float,
-        report: Callable[[str, Mapping[str, Any]], None] | None,
-    ) -> list[Moment]:
-        """The states at `rows`, up to one that touches the rim of a domain that may grow."""
-        moments: list[Moment] = []
-        for moment in Steps(history, shape, self._options, self._threads, extent).moments(rows):
-            moments.append(moment)
-            if report is not None:
-                report("tangential", {"grid": list(shape), "applications": moment.applications,
-                                      "residual": moment.state.contact.tangential.residual})
-            if moment.state.touches_rim and extent <= LARGEST_EXTENT:
+    def _refined(self, history: History, extent: float, warnings: Sequence[str], report: Report | None) -> Result | None:
+        """The result on grids with ever more elements and steps, until it is as accurate as asked; None where the contact
+        reaches the rim of a domain that may grow."""
+        level, accuracy, grids = None, history.problem.numerics.accuracy, list(_grids(history))
+        for shape, places in grids:
+            level = _Level(history, [] if level is None else level.rows, warnings)
+            for moment in Steps(history, shape, self._options, self._threads, extent).moments(places):
+                level.add(moment)
+                if report is not None:
+                    report("tangential", {
+                        "grid": list(shape), "applications": moment.applications,
+                        "residual": moment.state.contact.tangential.residual,
+                        **({"so_far": level.result} if level.coarser or len(grids) == 1 else {})})
+                if moment.state.touches_rim and extent <= LARGEST_EXTENT:
+                    return None
+            if accuracy is not None and level.coarser and not _missed(level.result(), history):
                 break
-        return moments
+        assert level is not None
+        found = level.result()
+        if accuracy is not None and (missed := _missed(found, history)):
+            reason = (f"accuracy {accuracy:g} not reached on the finest grid tried, {shape[0]} × {shape[1]} elements: "
+                      f"{', '.join(missed)}; ask for more than {accuracy:g} or for others in numerics.accuracy_of, or set "
+                      "numerics.grid and history.steps")
+            found = replace(found, converged=False, reason=found.reason or reason)
+        return found
+
+
+@dataclass
+class _Level:
+    """A history on one grid: its `rows` up to now, beside those on a `coarser` one."""
+
+    history: History
+    coarser: Sequence[Row]
+    warnings: Sequence[str]
+    rows: list[Row] = field(default_factory=list)
+    _last: Moment | None = None
+    _work: int = 0
+    _solved: bool = True
+
+    def add(self, moment: Moment) -> None:
+        """The end of a step, which is a row where the course has one."""
+        self._last, self._work, self._solved = moment, self._work + moment.applications, self._solved and moment.converged
+        if moment.place in self.history.course.rows:
+            every, number = self.history.course.fields_every, len(self.rows)
+            self.rows.append(Row(moment.place, moment.time, moment.distance, moment.reported.scalars, self._work, self._solved,
+                                 moment.reported if every and number % every == 0 else None))
+            self._work, self._solved = 0, True
+
+    def result(self) -> Result:
+        """The result up to now."""
+        assert self._last is not None
+        return _result(self.history, self.rows, self._last, _errors(self.rows, self.coarser), self.warnings)
+
+
+def _grids(history: History) -> Iterator[tuple[tuple[int, int], Array]]:
+    """Grids from coarse to fine with the places of their steps: half the elements with every second row, what is asked for, and
+    where an accuracy is asked for twice the elements and the steps again and again."""
+    rows, numerics = history.course.rows, history.problem.numerics
+    nx, ny = numerics.grid or (FIRST, FIRST)
+    if min(nx, ny) >= 2 * COARSEST:
+        yield ((nx + 1) // 2, (ny + 1) // 2), np.unique([*rows[::2], rows[-1]])
+    yield (nx, ny), rows
+    times = 2
+    while numerics.grid is None and times * nx <= FINEST:
+        between = np.arange((len(rows) - 1) * times + 1) / times
+        yield (times * nx, times * ny), np.interp(between, np.arange(len(rows)), rows)
+        times *= 2
 
 
 def _check(history: History) -> None:
@@ -80,21 +145,35 @@ def _check(history: History) -> None:
                 raise Unsolvable(f"{where}: {reason}", key, reason.allowed)
 
 
-def _errors(
-    rows: Array, columns: Mapping[str, Array], few: Array, coarser: Sequence[Moment]
-) -> dict[str, Array]:
-    """Estimated errors of the columns at all `rows`, from the same history on a coarser grid and the `few` rows of twice the
-    steps. The difference counts whole, as for errors of first order, which jumps and kinks of inputs have. It changes its sign:
-    an error is no less than that of the rows beside it, and than the mean of all. Those of work and heat are no less than what
-    is missing between both and the stored energy."""
+def _missed(result: Result, history: History) -> list[str]:
+    """The scalars whose estimated error in some row is above the accuracy that is asked for, over the largest scale of all."""
+    table = result.history
+    assert table is not None
+    largest = {name: float(np.nanmax(np.abs(column))) for name, column in table.numbers.items()
+               if not name.startswith(UNCERTAINTY)}
+    errors = dict.fromkeys(SCALARS, 0.0)
+    for name in (name for name in SCALARS if UNCERTAINTY + name in table):
+        scale = error_scale(name, largest)
+        errors[name] = float(np.nanmax(table[UNCERTAINTY + name])) / scale if scale else 0.0
+    return missed_accuracy(errors, largest, history.problem)
+
+
+def _errors(rows: Sequence[Row], coarser: Sequence[Row]) -> dict[str, Array]:
+    """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at some of the same places. The
+    difference counts whole, as for errors of first order, which jumps and kinks of inputs have. It changes its sign: an error
+    is no less than that of the rows beside it, and than the mean of all. Those of work and heat are no less than what is
+    missing between both and the stored energy."""
     found: dict[str, Array] = {}
-    both = np.searchsorted(rows, few)
-    for name, column in columns.items() if coarser else ():
-        difference = np.abs(column[both] - np.array([moment.reported.scalars[name] for moment in coarser]))
+    columns = {name: np.array([row.scalars[name] for row in rows]) for name in rows[0].scalars}
+    places = np.array([row.place for row in rows])
+    other = {row.place: row for row in coarser}
+    both = [i for i, row in enumerate(rows) if row.place in other]
+    for name, column in columns.items() if both else ():
+        difference = np.abs(column[both] - np.array([other[rows[i].place].scalars[name] for i in both]))
         known = ~np.isnan(difference)
         if known.any() and difference[known].any():
             beside = maximum_filter1d(difference[known], 3)
-            error = np.maximum(np.interp(rows, few[known], beside), np.sqrt((difference[known] ** 2).mean()))
+            error = np.maximum(np.interp(places, places[both][known], beside), np.sqrt((difference[known] ** 2).mean()))
             found[name] = np.where(np.isnan(column), math.nan, error)
     energy = columns["elastic_energy_J"]
     missing = np.abs(columns["work_J"] - columns["heat_J"] - (energy - energy[0]))
@@ -102,32 +181,32 @@ def _errors(
 
 
 def _result(
-    history: History, moments: Sequence[Moment], errors: Mapping[str, Array]
+    history: History, rows: Sequence[Row], last: Moment, errors: Mapping[str, Array], warnings: Sequence[str]
 ) -> Result:
-    """The last state with all columns; it has converged if every step was solved."""
-    last, rows = moments[-1], history.course.rows
-    failed = [moment for moment in moments if not moment.converged]
-    first = failed[0] if failed else None
-    reason = "" if first is None else (
-        f"{len(failed)} of {len(moments)} steps were not solved, the first one at {first.time:g} s after "
-        f"{1e3 * first.distance:g} mm: smaller steps help where inputs change much in one")
-    problems = [history.problem_at(float(row)) for row in rows]
+    """The state of the `last` moment with the columns of all `rows`; it has converged if every step was solved."""
+    failed = [row for row in rows if not row.converged]
+    reason = "" if not failed else (
+        f"{len(failed)} of {len(rows)} steps were not solved, the first one at {failed[0].time:g} s after "
+        f"{1e3 * failed[0].distance:g} mm: smaller steps help where inputs change much in one")
+    problems = [history.problem_at(row.place) for row in rows]
     of_problem = [problem_scalars(DerivedQuantities(problem)) for problem in problems]
-    numbers = [{**moment.reported.scalars, **known} for moment, known in zip(moments, of_problem, strict=True)]
-    cells = [row | over_limit(row) for row in numbers]
-    inputs = {key: history.course.at(key, rows).tolist() for key in VARIED if key in history.course.values}
+    numbers = [{**row.scalars, **known} for row, known in zip(rows, of_problem, strict=True)]
+    cells = [each | over_limit(each) for each in numbers]
+    places = np.array([row.place for row in rows])
+    inputs = {key: history.course.at(key, places).tolist() for key in VARIED if key in history.course.values}
     table = Columns({
-        "distance_mm": [1e3 * moment.distance for moment in moments], "time_s": [moment.time for moment in moments],
-        **inputs, "status": [CONVERGED if moment.converged else f"not_{CONVERGED}" for moment in moments],
-        "reason": ["" if moment.converged else "the step was not solved" for moment in moments],
-        **{name: [row[name] for row in cells] for name in cells[0] if any(row[name] == row[name] for row in cells)},
-        **{f"uncertainty.{name}": error.tolist() for name, error in errors.items()}},
-        varied=(*PLACES, *inputs), over=("time_s",), title=history.problem.title)
+        "distance_mm": [1e3 * row.distance for row in rows], "time_s": [row.time for row in rows],
+        **inputs, "status": [CONVERGED if row.converged else f"not_{CONVERGED}" for row in rows],
+        "reason": ["" if row.converged else "the step was not solved" for row in rows],
+        **{name: [each[name] for each in cells] for name in cells[0] if any(each[name] == each[name] for each in cells)},
+        **{f"{UNCERTAINTY}{name}": error.tolist() for name, error in errors.items()}},
+        varied=(*PLACES, *inputs), over=("time_s",), title=history.problem.title,
+        states={number: row.state for number, row in enumerate(rows) if row.state is not None})
     problem = replace(problems[-1], normal_force=last.reported.scalars["normal_N"])
     state, known = last.reported, {name: float(error[-1]) for name, error in errors.items()}
     return Result(
-        problem=problem, coupled=state, isothermal=state, of_problem=problem_scalars(DerivedQuantities(problem)),
+        problem=problem, coupled=state, isothermal=state, of_problem=of_problem[-1],
         converged=not failed, reason=reason, uncertainty=known,
-        work={"grid": list(last.here.grid.shape), "extent": last.here.extent, "steps": len(moments) - 1,
-              "applications": sum(moment.applications for moment in moments), "skipped": {}},
-        patches=tuple(patches_of(last.here, last.state.contact)), history=table)
+        work={"grid": list(last.here.grid.shape), "extent": last.here.extent, "steps": len(rows) - 1,
+              "applications": sum(row.applications for row in rows), "skipped": {}},
+        patches=tuple(patches_of(last.here, last.state.contact)), history=table, warnings=tuple(warnings))

@@ -19,11 +19,11 @@ from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import known_as, unit_of
 from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import FORCES
 
 
-def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, values: Sequence[float]) -> pathlib.Path:
+def draw_animation(path: pathlib.Path, results: Sequence[Result | State], key: str, values: Sequence[float]) -> pathlib.Path:
     """Write a GIF with a frame for each of the `results`, in the order of the `values` of the swept `key`.
 
     All frames have the same axes and colours. Raises ValueError for what has no tractions to show, OSError."""
@@ -31,9 +31,9 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
         raise ValueError("an animation shows tractions of one contact, which these points have not")
     order, at = np.argsort(values, kind="stable"), np.asarray(values, dtype=float)
     largest = max(float(_shear(each).max()) for each in results)
-    along, across = (known_as(name, results[0].numbers) for name in FORCES)
-    force = np.array([math.hypot(each.numbers[along], each.numbers[across]) for each in results])
-    rise = np.array([max(each.numbers.get(f"temperature_rise_max_{body}_K", np.nan) for body in BODIES) for each in results])
+    along, across = (known_as(name, results[0].scalars) for name in FORCES)
+    force = np.array([math.hypot(each.scalars[along], each.scalars[across]) for each in results])
+    rise = np.array([max(each.scalars.get(f"temperature_rise_max_{body}_K", np.nan) for body in BODIES) for each in results])
     images = []
     with style.applied():
         for current in map(int, order):
@@ -63,7 +63,7 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result], key: str, valu
     return path
 
 
-def _map(axes: Axes, result: Result, results: Sequence[Result], largest: float) -> None:
+def _map(axes: Axes, result: Result | State, results: Sequence[Result | State], largest: float) -> None:
     """Shear traction of a `result` up to the `largest`, with borders, on the domains of all `results`."""
     axes.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis")
     state, sides = result.fields["state"], np.array([_extent(each) for each in results])
@@ -75,18 +75,18 @@ def _map(axes: Axes, result: Result, results: Sequence[Result], largest: float) 
     axes.set_title("shear traction; orange: stick border")
 
 
-def _line(axes: Axes, result: Result, results: Sequence[Result], largest: float) -> None:
+def _line(axes: Axes, result: Result | State, results: Sequence[Result | State], largest: float) -> None:
     """Shear traction of a line contact over x."""
     axes.plot(1e3 * result.x, 1e-6 * _shear(result))
     axes.set(xlim=(min(1e3 * each.x[0] for each in results), max(1e3 * each.x[-1] for each in results)),
              ylim=(0.0, 1.06e-6 * largest), xlabel="x (mm), material flow →", ylabel="shear traction (MPa)")
 
 
-def _shear(result: Result) -> AnyArray:
+def _shear(result: Result | State) -> AnyArray:
     return np.hypot(result.fields["shear_x"], result.fields["shear_y"])
 
 
-def _extent(result: Result) -> tuple[float, float, float, float]:
+def _extent(result: Result | State) -> tuple[float, float, float, float]:
     """Sides of the domain in mm."""
     (left, right), (low, high) = (
         (1.5 * at[0] - 0.5 * at[1], 1.5 * at[-1] - 0.5 * at[-2]) for at in (1e3 * result.x, 1e3 * result.y))

@@ -29,7 +29,8 @@ class Columns(Mapping[str, Sequence[Any]]):
     - `varied`: columns of what was varied, of a history first the places;
     - `over`: the axes of the states: `varied` where these are all combinations of values; else one axis, the column of that
       name, or the number of the state ("point" from 1, "step" from 0);
-    - `title`, `case_text`: of the case, if known; `attributes`: of the file that the table was read from."""
+    - `title`, `case_text`: of the case, if known; `attributes`: of the file that the table was read from;
+    - `states`: the fields of some states of a history (`State`), by the number of the row from 0."""
 
     columns: Mapping[str, Sequence[Any]]
     varied: tuple[str, ...]
@@ -37,6 +38,7 @@ class Columns(Mapping[str, Sequence[Any]]):
     title: str = ""
     case_text: str = ""
     attributes: Mapping[str, Any] = field(default_factory=dict)
+    states: Mapping[int, Any] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Sequence[Any]:
         if name in self.columns:

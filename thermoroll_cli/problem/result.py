@@ -208,7 +208,8 @@ class Result:
     def with_case(self, text: str, resolved: str) -> Result:
         """This result and those of an assembly's contacts, with the text of their case."""
         patches = tuple(patch.with_case(text, resolved) for patch in self.contacts) or self.patches
-        return replace(self, case_text=text, case_json=resolved, patches=patches)
+        history = None if self.history is None else replace(self.history, case_text=text)
+        return replace(self, case_text=text, case_json=resolved, patches=patches, history=history)
 
     @property
     def numbers(self) -> dict[str, float]:

@@ -1,0 +1,107 @@
+"""A record over time, as a vehicle program or a rig exports it: what changes, and when.
+
+The file has a header row and the columns `distance_mm` or `time_s` and keys that change. A name without its unit may have
+another one in brackets, or in the row below: `time [ms]`, `load.normal [kN]`, `rolling.speed [km/h]`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from thermoroll_cli.files.csv_table import TableError, read_columns
+from thermoroll_cli.history.course import VARIED
+from thermoroll_cli.problem.names import PLACES, unit_end, unit_of
+
+UNITS: dict[str, dict[str, float]] = {
+    "mm": {"m": 1e3, "cm": 10.0, "µm": 1e-3, "um": 1e-3, "km": 1e6}, "µm": {"um": 1.0, "mm": 1e3, "m": 1e6, "nm": 1e-3},
+    "s": {"ms": 1e-3, "µs": 1e-6, "us": 1e-6, "min": 60.0}, "N": {"kN": 1e3, "MN": 1e6, "mN": 1e-3},
+    "m/s": {"km/h": 1.0 / 3.6, "mm/s": 1e-3}, "rad/mm": {"1/mm": 1.0, "rad/m": 1e-3, "1/m": 1e-3},
+    "K": {}, "": {"-": 1.0, "1": 1.0, "%": 1e-2, "‰": 1e-3},
+}  # fmt: skip
+"""Unit of a key → others in its place, and their size."""
+HEAD = re.compile(r"(.*?)\s*(?:[\[(]([^\])]*)[\])])?")
+
+
+@dataclass(frozen=True)
+class RecordOverTime:
+    """What a file stands for in `[history]`, and what `show` says of it."""
+
+    content: dict[str, Any]
+    shown: dict[str, Any]
+
+    def record(self, **_: bool) -> dict[str, Any]:
+        """What `show` says."""
+        return self.shown
+
+
+def history_words(record: dict[str, Any]) -> str:
+    """A record of a `RecordOverTime` as a sentence for people."""
+    return (f"{record['file']}: {record['rows']} rows from {record['first']:.6g} to {record['last']:.6g} ({record['place']}), "
+            f"{', '.join(record['keys'])}")
+
+
+def read_history(path: str | os.PathLike[str]) -> RecordOverTime:
+    """The record in the file at `path` (`read_columns`). Raises TableError with file, line and column, OSError."""
+    name = os.path.basename(os.fspath(path))
+    heads, lines = read_columns(path, "a record over time")
+    units = [""] * len(heads)
+    if not any(map(_is_number, lines[0][1])):
+        units, lines = lines[0][1], lines[1:]
+    columns: dict[str, list[float]] = {}
+    for place, (head, unit) in enumerate(zip(heads, units, strict=True)):
+        key, factor = _column(name, head, unit)
+        if key in columns:
+            raise TableError(f"{name}: the column {key} stands there twice")
+        columns[key] = []
+        for number, cells in lines:
+            if not _is_number(cells[place]):
+                raise TableError(f'{name}, line {number}: {head} is "{cells[place]}", not a number')
+            columns[key].append(factor * float(cells[place]))
+    places = [each for each in PLACES if each in columns]
+    if len(places) != 1:
+        raise TableError(f"{name} has {'both' if places else 'neither'} distance_mm {'and' if places else 'nor'} time_s",
+                         f"one of them; found: {', '.join(columns)[:200]}")
+    values = columns.pop(places[0])
+    if len(values) < 2 or not columns:
+        raise TableError(f"{name} has {len(values)} rows, and {len(columns)} keys that change", "two rows and a key at least")
+    for before, (one, other) in enumerate(pairwise(values)):
+        if other < one:
+            raise TableError(f"{name}, line {lines[before + 1][0]}: {places[0]} falls from {one:g} to {other:g}",
+                             "rows in the order of time; the same place twice is a jump")
+    return RecordOverTime({places[0]: values, "values": columns},
+                          {"file": name, "rows": len(values), "first": values[0], "last": values[-1], "place": places[0],
+                           "keys": list(columns)})  # fmt: skip
+
+
+def _column(name: str, head: str, below: str) -> tuple[str, float]:
+    """The key of a column, and the size of its unit in that of the key. Raises TableError."""
+    parts = HEAD.fullmatch(head)
+    assert parts is not None
+    own, unit = parts[1].strip(), (parts[2] or below).strip().strip("[]()")
+    known: Sequence[str] = (*PLACES, *VARIED)
+    key = next((each for each in known if own in (each, each.removesuffix(unit_end(each)))), None)
+    if key is None:
+        near = difflib.get_close_matches(own, known, n=1)
+        raise TableError(f"{name}: the column {own} is no key that changes over time",
+                         f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}")
+    expected = unit_of(key)
+    sizes = {expected: 1.0, **UNITS[expected]}
+    if unit and unit not in sizes:
+        raise TableError(f"{name}: the unit {unit} of {key} is not known", f"one of {', '.join(filter(None, sizes))}")
+    if not unit and own != key:
+        raise TableError(f"{name}: {own} has no unit", f"call it {key}, or write the unit behind the name in brackets")
+    return key, sizes[unit] if unit else 1.0
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
