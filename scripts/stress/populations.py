@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.stress import bearings, conicities, fits, neighbours, profile_files, service, wear, wheelsets
+from scripts.stress import bearings, conicities, courses, fits, neighbours, profile_files, service, wear, wheelsets
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
 from scripts.stress.coverage import covered, covered_beyond
 from scripts.stress.outcome import Outcome
@@ -136,6 +136,7 @@ POPULATIONS = {
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "files of profiles": Population(profile_files.random_file, profile_files.check, 200),
     "bearings": Population(bearings.random_bearing, bearings.check, 40, limit=300.0),
+    "contacts over time": Population(courses.random_course, courses.check, 100, limit=120.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),
     "fits of two values": Population(lambda seed: fits.random_curve(seed, 2), fits.covered, 200),
     "fits of three values": Population(lambda seed: fits.random_curve(seed, 3), fits.covered, 200),
@@ -150,6 +151,7 @@ POPULATIONS = {
     "coverage of steps of friction": Population(random_steps, covered, 40, 300.0),
     "coverage of strength and wear": Population(random_strength, covered, 40, 300.0),
     "coverage of histories": Population(random_history, covered_beyond, 40, 300.0),
+    "coverage over time": Population(courses.random_course, courses.covered, 40, 300.0),
     "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),
     "coverage of line contacts": Population(random_line, covered, 100, 60.0),
     "coverage of coatings": Population(random_layers, covered, 40, 300.0),

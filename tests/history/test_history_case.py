@@ -15,7 +15,7 @@ import pytest
 import tomli_w
 
 from tests.support.command_line import thermoroll
-from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 
@@ -119,7 +119,7 @@ def test_a_record_over_time_is_read_with_its_units(tmp_path: Path) -> None:
     ("time_s,load.normal_N\n0,1\n1,x\n", 'record.csv, line 3: load.normal_N is "x", not a number'),
     ("time_s,load.normal_N\n0,1\n1,2\n0.5,2\n", "record.csv, line 4: time_s falls from 1 to 0.5"),
     ("time_s,load.normal_kg\n0,1\n1,2\n", "the column load.normal_kg is no key"),
-    ("time_s,load.normal [lbf]\n0,1\n1,2\n", "the unit lbf of load.normal_N is not known"),
+    ("time_s,load.normal [lbf]\n0,1\n1,2\n", "the column load.normal cannot be in lbf"),
     ("time_s,load.normal\n0,1\n1,2\n", "load.normal has no unit"),
     ("load.normal_N\n1\n2\n", "neither distance_mm nor time_s"),
     ("time_s,load.normal_N,load.normal [N]\n0,1,1\n1,2,2\n", "stands there twice"),
@@ -141,6 +141,41 @@ def test_elements_and_steps_until_every_row_is_accurate() -> None:
     finer = solve(case)
     assert finer.history is not None and finer.work["grid"] == [64, 64] and len(finer.history["time_s"]) == 8
     assert max(finer.history["uncertainty.force_x_N"] / limit) <= case["numerics"]["accuracy"]
+
+
+def test_a_sweep_keeps_the_history_of_each_point(tmp_path: Path) -> None:
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 4})).to_toml())
+    command = ["sweep", "ball.toml", "--over", "load.friction_coefficient=0.3,0.4", "-o", "out"]
+    assert thermoroll(*command, cwd=tmp_path).returncode == 0
+    table = read_table(tmp_path / "out" / "sweep.csv")
+    for file, force in zip(table["file"], table["force_x_N"], strict=True):
+        history = read_table(tmp_path / "out" / file.replace(".h5", "_history.h5"))
+        assert history.count == 5 and history["force_x_N"][-1] == force
+    before = (tmp_path / "out" / "ball_0001.h5").stat().st_mtime_ns
+    (tmp_path / "out" / "ball_0002_history.csv").unlink()
+    assert thermoroll(*command, "--resume", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "out" / "ball_0002_history.csv").exists()
+    assert (tmp_path / "out" / "ball_0001.h5").stat().st_mtime_ns == before
+    command[3] = "load.friction_coefficient=0.3,0.35"
+    (tmp_path / "out" / "ball_0003_history.csv").write_text("of another one")
+    done = thermoroll(*command, cwd=tmp_path)
+    assert "of another sweep" in done.stderr and "ball_0003_history.csv" in done.stderr
+
+
+def test_a_fit_to_a_record_over_time() -> None:
+    """Data of a finer grid between the rows; without noise the coefficient of friction is found."""
+    fine = solve(ball(numerics={"grid": 32}, history={"steps": 28})).history
+    assert fine is not None
+    rows = [3, 8, 13, 18, 28]
+    data = {"distance_mm": [fine["distance_mm"][row] for row in rows], "force_x_N": [fine["force_x_N"][row] for row in rows]}
+    found = fit(ball(load={"friction_coefficient": 0.3}, history={"steps": 14}), data, ["load.friction_coefficient=0.2:0.9"])
+    value = found.parameters["load.friction_coefficient"]
+    assert found.converged and value.value == pytest.approx(0.4, abs=max(0.02, value.uncertainty_95))
+    with pytest.raises(ValueError, match="outside of the history, from 0 to 7"):
+        fit(ball(), {"distance_mm": [8.0], "force_x_N": [0.1]}, ["load.friction_coefficient"])
+    steady = {name: table for name, table in ball().items() if name != "history"}
+    with pytest.raises(ValueError, match=r"case with \[history\] alone"):
+        fit(steady, {"distance_mm": [8.0], "force_x_N": [0.1]}, ["load.friction_coefficient"])
 
 
 def test_an_interruption_keeps_the_rows(tmp_path: Path) -> None:

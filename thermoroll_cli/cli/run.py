@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError
-from thermoroll_cli.files.result.labelled import save
 from thermoroll_cli.files.result.outcome import read_result, write_result
-from thermoroll_cli.files.table_file import HISTORY, tree_of_table, write_csv
+from thermoroll_cli.files.table_file import history_files
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
@@ -119,14 +119,14 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
             result = solve(task, threads=threads, report=report).with_case(case.text, case.to_json())
     except Interrupted:
         if so_far is not None:
-            kept = _write_history(so_far().with_case(case.text, case.to_json()), to.folder / f"{case.name}_history")
+            kept = _write_history(so_far().with_case(case.text, case.to_json()), to.folder, case.name)
             streams.note(f"thermoroll: {case.name}: interrupted; the rows up to here are in {', '.join(map(str, kept))}")
         raise
     target = to.folder / f"{case.name}.h5"
 
     def write() -> list[Path]:
         write_result(target, result, options.command_line())
-        return [target, *_write_history(result, to.folder / f"{case.name}_history")]
+        return [target, *_write_history(result, to.folder, case.name)]
 
     def draw() -> list[Path]:
         from thermoroll_cli.plots import pictures
@@ -178,11 +178,9 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
                    reason=result.reason, warnings=result.warnings, drawable=drawable)
 
 
-def _write_history(result: Result, stem: Path) -> list[Path]:
+def _write_history(result: Result, folder: Path, name: str) -> list[Path]:
     """Write the table of a contact over time, and return the paths; none of another result. Raises WriteError."""
-    if result.history is None:
-        return []
-    files = [stem.with_name(f"{stem.name}.{ending}") for ending in ("csv", "h5")]
-    write_csv(files[0], result.history)
-    save(files[1], tree_of_table(result.history), HISTORY, options.command_line())
-    return files
+    files = history_files(name, result, options.command_line())
+    for file, content in files.items():
+        write_bytes(folder / file, content)
+    return [folder / file for file in files]

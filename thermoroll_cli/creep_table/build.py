@@ -83,7 +83,7 @@ class TableTask:
     def items(self) -> Iterator[Item]:
         solver = _solver(self.ratio, self.poisson_ratio, self.accuracy)
         values, errors = solver.solve(self.scaled / np.array(solver.scales)[:, None])
-        yield self._record(np.concatenate([values, errors[None]])), b""
+        yield self._record(np.concatenate([values, errors[None]])), {}
 
     def _record(self, values: Array, *, solved: bool = True) -> Record:
         return {"key": self.key, "solved": solved, "values": np.round(values, 9).tolist()}

@@ -16,16 +16,10 @@ from itertools import pairwise
 from typing import Any
 
 from thermoroll_cli.files.csv_table import TableError, read_columns
+from thermoroll_cli.files.spellings import converted, factor_of, meant
 from thermoroll_cli.history.course import VARIED
 from thermoroll_cli.problem.names import PLACES, unit_end, unit_of
 
-UNITS: dict[str, dict[str, float]] = {
-    "mm": {"m": 1e3, "cm": 10.0, "µm": 1e-3, "um": 1e-3, "km": 1e6}, "µm": {"um": 1.0, "mm": 1e3, "m": 1e6, "nm": 1e-3},
-    "s": {"ms": 1e-3, "µs": 1e-6, "us": 1e-6, "min": 60.0}, "N": {"kN": 1e3, "MN": 1e6, "mN": 1e-3},
-    "m/s": {"km/h": 1.0 / 3.6, "mm/s": 1e-3}, "rad/mm": {"1/mm": 1.0, "rad/m": 1e-3, "1/m": 1e-3},
-    "K": {}, "": {"-": 1.0, "1": 1.0, "%": 1e-2, "‰": 1e-3},
-}  # fmt: skip
-"""Unit of a key → others in its place, and their size."""
 HEAD = re.compile(r"(.*?)\s*(?:[\[(]([^\])]*)[\])])?")
 
 
@@ -63,7 +57,7 @@ def read_history(path: str | os.PathLike[str]) -> RecordOverTime:
         for number, cells in lines:
             if not _is_number(cells[place]):
                 raise TableError(f'{name}, line {number}: {head} is "{cells[place]}", not a number')
-            columns[key].append(factor * float(cells[place]))
+            columns[key].append(converted(float(cells[place]), factor))
     places = [each for each in PLACES if each in columns]
     if len(places) != 1:
         raise TableError(f"{name} has {'both' if places else 'neither'} distance_mm {'and' if places else 'nor'} time_s",
@@ -88,16 +82,16 @@ def _column(name: str, head: str, below: str) -> tuple[str, float]:
     known: Sequence[str] = (*PLACES, *VARIED)
     key = next((each for each in known if own in (each, each.removesuffix(unit_end(each)))), None)
     if key is None:
-        near = difflib.get_close_matches(own, known, n=1)
+        near = [each for each in (meant(own),) if each in VARIED] or difflib.get_close_matches(own, known, n=1)
         raise TableError(f"{name}: the column {own} is no key that changes over time",
                          f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}")
-    expected = unit_of(key)
-    sizes = {expected: 1.0, **UNITS[expected]}
-    if unit and unit not in sizes:
-        raise TableError(f"{name}: the unit {unit} of {key} is not known", f"one of {', '.join(filter(None, sizes))}")
     if not unit and own != key:
         raise TableError(f"{name}: {own} has no unit", f"call it {key}, or write the unit behind the name in brackets")
-    return key, sizes[unit] if unit else 1.0
+    factor = factor_of(unit, unit_of(key)) if unit else 1.0
+    if factor is None:
+        raise TableError(f"{name}: the column {own} cannot be in {unit}",
+                         f"{key} is in {unit_of(key) or 'numbers without a unit'}")
+    return key, factor
 
 
 def _is_number(cell: str) -> bool:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 import pathlib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.atomic import replacing
-from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, is_kind, load, of_texts
+from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, image, is_kind, load, of_texts
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import FIELDS, PLACES, column_of
@@ -21,14 +22,20 @@ from thermoroll_cli.problem.result import Result, State
 
 SWEEP, HISTORY = "sweep", "history"
 """Kinds of files of tables."""
+ENDS = "_history.csv", "_history.h5"
+"""How the names of the files of a history end, behind that of the result."""
 
 
 def write_csv(path: pathlib.Path, table: Columns) -> None:
     """Replace the file at `path` by one with this table. Raises WriteError."""
     with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", errors="backslashreplace", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(table.columns)
-        writer.writerows(map(_cell, cells) for cells in zip(*table.columns.values(), strict=True))
+        _write(stream, table)
+
+
+def _write(stream: TextIO, table: Columns) -> None:
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(table.columns)
+    writer.writerows(map(_cell, cells) for cells in zip(*table.columns.values(), strict=True))
 
 
 def _cell(value: Any) -> str:
@@ -55,6 +62,16 @@ def tree_of_table(table: Columns, **texts: str) -> Node:
     """The tree of the file of a table, with the text of its case and other `texts` by name; fields of states in `fields`."""
     return Node(columns_node(table).arrays, {"title": table.title, "keys": json.dumps(table.varied)}, {
         "input": of_texts({"case_text": table.case_text, **texts}), "fields": _fields_node(table.states)})
+
+
+def history_files(stem: str, result: Result, command_line: str) -> dict[str, bytes]:
+    """The contents of STEM_history.csv and STEM_history.h5 by their names; none of another result than one over time."""
+    if result.history is None:
+        return {}
+    text = io.StringIO()
+    _write(text, result.history)
+    return {f"{stem}{ENDS[0]}": text.getvalue().encode("utf-8", "backslashreplace"),
+            f"{stem}{ENDS[1]}": image(tree_of_table(result.history), HISTORY, command_line)}
 
 
 def _fields_node(states: Mapping[int, State]) -> Node:

@@ -32,8 +32,8 @@ from thermoroll_cli.files.case_schema import allowed_values, entry_at
 from thermoroll_cli.files.case_source import CaseSource, Override, key_path
 from thermoroll_cli.plots.fit_figures import Figure, fit_figure
 from thermoroll_cli.plots.sweep_figures import words_of
-from thermoroll_cli.problem.names import PER_LENGTH, known_as, unit_of
-from thermoroll_cli.sweeps.measured import OVER_LOAD, Measured, scalar_in
+from thermoroll_cli.problem.names import PER_LENGTH, PLACES, known_as, unit_of
+from thermoroll_cli.sweeps.measured import OVER_LOAD, Measured, at_place, scalar_in
 from thermoroll_cli.sweeps.points import Axis, Points
 from thermoroll_cli.sweeps.sweep import summaries
 from thermoroll_cli.tasks.runner import Processes, check_main_guard
@@ -227,7 +227,8 @@ class _Model:
     def at(self, numbers: Sequence[Array]) -> list[tuple[Array, Array, list[str]]]:
         """For each vector of fitted numbers (n,): computed values and their estimated errors, both (scalars, points), and the
         reason for each point without a steady state."""
-        varied, count = self.measured.varied, len(self.measured)
+        count, place = len(self.measured), next((name for name in PLACES if name in self.measured.varied), "")
+        varied = {name: column for name, column in self.measured.varied.items() if name != place}
         rows = [[*(free.value(number) for free, number in zip(self.free, vector, strict=True)),
                  *(float(column[point]) for column in varied.values())] for vector in numbers for point in range(count)]
         keys = [*(free.key for free in self.free), *varied]
@@ -236,7 +237,8 @@ class _Model:
         points = Points(self.case.to_toml(), self.case.name, self.case.name, axes, self.settings, listed=True, origin="fit")
         points = points.with_one_decision()
         # A vector is a batch, so that the values do not depend on who computes them.
-        batches = [range(first, min(first + count, len(different) + 1)) for first in range(1, len(different) + 1, count)]
+        size = -(-len(different) // len(numbers))
+        batches = [range(first, min(first + size, len(different) + 1)) for first in range(1, len(different) + 1, size)]
         try:
             solved = list((self.processes.map if self.processes else map)(summaries, repeat(points), batches))
         except BrokenProcessPool:  # killed, or out of memory, of which one process needs least
@@ -248,18 +250,22 @@ class _Model:
         outcome = []
         for start in range(0, len(rows), count):
             here = [outcomes[tuple(each)] for each in rows[start : start + count]]
+            if place:
+                at = self.measured.varied[place].tolist()
+                here = [one if isinstance(one, str) else at_place(place, where, one)
+                        for one, where in zip(here, at, strict=True)]
             names, values = list(self.measured.values), np.full((2, len(self.measured.values), count), math.nan)
             reasons = [one if isinstance(one, str) else one["reason"] for one in here]
-            for place, summary in enumerate(here):
+            for point, summary in enumerate(here):
                 if isinstance(summary, str):
                     continue
                 load = float(summary.get(known_as("normal_N", summary), math.nan))
                 for k, name in enumerate(names):
-                    values[0, k, place] = scalar_in(name, summary, load)
+                    values[0, k, point] = scalar_in(name, summary, load)
                     error = summary["uncertainty"].get(known_as(OVER_LOAD.get(name, name), summary), math.nan)
-                    values[1, k, place] = error / (load if name in OVER_LOAD else 1.0)
-                    if math.isnan(values[0, k, place]):
-                        reasons[place] = reasons[place] or f"{name} is not computed in this case"
+                    values[1, k, point] = error / (load if name in OVER_LOAD else 1.0)
+                    if math.isnan(values[0, k, point]):
+                        reasons[point] = reasons[point] or f"{name} is not computed in this case"
             outcome.append((values[0], values[1], reasons))
         return outcome
 

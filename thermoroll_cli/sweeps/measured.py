@@ -8,6 +8,7 @@ import os
 import pathlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from thermoroll_cli.files.case_schema import entry_at
 from thermoroll_cli.files.case_source import key_path
 from thermoroll_cli.files.csv_table import read_columns
 from thermoroll_cli.files.spellings import converted, in_own_units, meant
-from thermoroll_cli.problem.names import ALL_SCALARS, ERROR, PER_LENGTH, known_as
+from thermoroll_cli.problem.names import ALL_SCALARS, ERROR, PER_LENGTH, PLACES, UNCERTAINTY, known_as
 
 OVER_LOAD = {"force_x_over_load": "force_x_N", "force_y_over_load": "force_y_N"}
 """Creep forces over the load, as rigs report them: column of the data → scalar in N."""
@@ -27,7 +28,7 @@ class Measured:
     """Measured points.
 
     - `source`: the name of the file, for messages; `lines`: the number of each point in it;
-    - `varied`: values by key of the case, (points,) in the units of the keys;
+    - `varied`: values by key of the case, (points,) in the units of the keys, and places of a history (`names.PLACES`);
     - `values`: values by scalar, (points,) in the units of the scalars;
     - `deviations`: their standard deviations, likewise, of scalars that have them."""
 
@@ -84,7 +85,7 @@ class Measured:
                 if not (array > 0.0).all():
                     raise ValueError(f"{source}, line {lines[int(np.argmin(array > 0.0))]}: {name} must be above 0")
                 deviations[scalar] = array
-            elif "minimum" in entry_at(key_path(name)):
+            elif name in PLACES or "minimum" in entry_at(key_path(name)):
                 varied[name] = array
             else:
                 near = [meant(name) or next(iter(difflib.get_close_matches(name, [*ALL_SCALARS, *OVER_LOAD], n=1)), "")]
@@ -135,6 +136,20 @@ class Measured:
             return self.deviations[name]
         largest = float(np.abs(self.values[name]).max())
         return np.full(len(self), largest if largest > 0.0 else 1.0)
+
+
+def at_place(name: str, place: float, summary: Mapping[str, Any]) -> dict[str, Any] | str:
+    """The summary of a history at a `place` of its column `name`, linear between its rows; what is wrong with that."""
+    columns = summary.get("history")
+    if columns is None:
+        return f"{name} is a column of a case with [history] alone"
+    first, *_, last = columns[name]
+    if not first <= place <= last:
+        return f"{name} = {place:g} is outside of the history, from {first:g} to {last:g}"
+    there = {column: float(np.interp(place, columns[name], values)) for column, values in columns.items()
+             if isinstance(values[0], float)}
+    errors = {column.removeprefix(UNCERTAINTY): value for column, value in there.items() if column.startswith(UNCERTAINTY)}
+    return {**summary, **there, "uncertainty": errors}
 
 
 def scalar_in(name: str, summary: Mapping[str, float], load: float) -> float:

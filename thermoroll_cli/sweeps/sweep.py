@@ -7,6 +7,7 @@ import glob
 import json
 import os
 import pathlib
+import re
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,7 +18,7 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.result.labelled import image, save
 from thermoroll_cli.files.result.outcome import KIND, tree_of
-from thermoroll_cli.files.table_file import SWEEP, tree_of_table, write_csv
+from thermoroll_cli.files.table_file import ENDS, SWEEP, history_files, tree_of_table, write_csv
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.python_api import Solver, Task
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     import pandas
 
 TABLE_NAME, ARRAYS_NAME, JOURNAL_NAME = "sweep.csv", "sweep.h5", "sweep.jsonl"
-JOURNAL_FORMAT = 3
+JOURNAL_FORMAT = 4
 FIELDS = ("key", "name", "over", "file", "solved", "summary")
 """What records have."""
 
@@ -69,7 +70,7 @@ class Batch:
         return self.pending[0].key
 
     def items(self) -> Iterator[Item]:
-        """Solve the pending points: a record, and the content of the result file, for each."""
+        """Solve the pending points: a record, and the contents of its files, for each."""
         pending = {one.number: one for one in self.pending}
         solver = Solver(self.threads)
         for number in range(self.numbers.start, self.pending[-1].number + 1):
@@ -82,10 +83,12 @@ class Batch:
                 continue
             one = pending[number]
             if result is None:
-                yield self._record(one, failed_summary(reason), solved=False), b""
+                yield self._record(one, failed_summary(reason), solved=False), {}
                 continue
-            tree = tree_of(result.with_case(case.text, case.to_json())) if one.file else None
-            yield self._record(one, summary_of(result)), b"" if tree is None else image(tree, KIND, self.command_line)
+            result = result.with_case(case.text, case.to_json())
+            files = {one.file: image(tree_of(result), KIND, self.command_line),
+                     **history_files(one.file.removesuffix(".h5"), result, self.command_line)} if one.file else {}
+            yield self._record(one, summary_of(result)), files
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
         # The key comes first, so that a reader of the file finds it.
@@ -114,7 +117,8 @@ def _attempt(solver: Solver, problem: Task) -> tuple[Result | None, str]:
 
 
 def summaries(points: Points, numbers: range) -> list[dict[str, Any] | str]:
-    """Summaries of the points with these `numbers`, each solved from the one before it; what is wrong with invalid ones."""
+    """Summaries of the points with these `numbers`, each solved from the one before it, of a history with its columns; what is
+    wrong with invalid ones."""
     solver, found = Solver(), list[dict[str, Any] | str]()
     for number in numbers:
         safe_point()
@@ -122,7 +126,8 @@ def summaries(points: Points, numbers: range) -> list[dict[str, Any] | str]:
             result, reason = _attempt(solver, points.case(number).task)
         except CaseError as cause:
             result, reason = None, "; ".join(finding.message for finding in cause.findings)
-        found.append(reason if result is None else summary_of(result))
+        over_time = {} if result is None or result.history is None else {"history": dict(result.history)}
+        found.append(reason if result is None else summary_of(result) | over_time)
     return found
 
 
@@ -242,9 +247,11 @@ class Sweep:
         if self.scalars_only:
             return
         names = {row.file.name for row in rows if row.file is not None}
-        numbered = self.folder.glob(f"{glob.escape(self.points.stem)}_[0-9][0-9][0-9][0-9]*.h5")
-        unlisted = sorted(path for path in numbered if path.name not in names)
-        stale, others = ([path for path in unlisted if (path.name in replaced) is own] for own in (True, False))
+        numbered = (path for end in (".h5", ENDS[0])
+                    for path in self.folder.glob(f"{glob.escape(self.points.stem)}_[0-9][0-9][0-9][0-9]*{end}"))
+        result_of = {path: f"{re.sub('(_history)?[.](h5|csv)$', '', path.name)}.h5" for path in numbered}
+        unlisted = sorted(path for path, result in result_of.items() if result not in names)
+        stale, others = ([path for path in unlisted if (result_of[path] in replaced) is own] for own in (True, False))
         for path in stale:
             path.unlink(missing_ok=True)
         for files, what in ((stale, "of the sweep before, removed"),

@@ -54,8 +54,10 @@ class Row:
 
 
 def summary_of(result: Result) -> dict[str, Any]:
-    """The record of a result: what `Row.summary` is made of, in plain JSON types, without what was not computed."""
+    """The record of a result: what `Row.summary` is made of, in plain JSON types, without what was not computed; of a history
+    its last state."""
     summary = result.summary()
+    summary.pop("history", None)
     summary |= names.over_limit(summary)
     known: dict[str, Any] = _known(summary)
     return known

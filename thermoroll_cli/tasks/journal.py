@@ -8,7 +8,7 @@ import os
 import pathlib
 import shutil
 from collections.abc import Collection, Iterator, Mapping
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import Any, Self
 
 from filelock import FileLock, Timeout
@@ -116,10 +116,10 @@ class Journal(Mapping[str, dict[str, Any]]):
                 self._end += len(line)
         return keys
 
-    def keep(self, record: Record, content: bytes = b"") -> None:
-        """Write `content` to the file that the record names, if there is any, then the record with the file's length as
-        `bytes`. Raises WriteError."""
-        keep(self.path, record, content)
+    def keep(self, record: Record, files: Mapping[str, bytes] = MappingProxyType({})) -> None:
+        """Write the contents of `files` under their names beside the journal, then the record with their lengths as `bytes`.
+        Raises WriteError."""
+        keep(self.path, record, files)
 
     def __getitem__(self, key: str) -> dict[str, Any]:
         """The record of `key`; also after the journal is closed."""
@@ -150,18 +150,21 @@ class Journal(Mapping[str, dict[str, Any]]):
         self._close()
 
 
-def keep(path: pathlib.Path, record: Record, content: bytes) -> None:
+def keep(path: pathlib.Path, record: Record, files: Mapping[str, bytes]) -> None:
     """Do the same as `Journal.keep` for the journal at `path`, from any process. Raises WriteError."""
-    if content:
-        write_bytes(path.parent / record["file"], content)
-        record = {**record, "bytes": len(content)}
+    for name, content in files.items():
+        write_bytes(path.parent / name, content)
+    if files:
+        record = {**record, "bytes": {name: len(content) for name, content in files.items()}}
     append_line(path, json.dumps(record).encode() + b"\n")
 
 
 def is_whole(folder: pathlib.Path, record: Record) -> bool:
-    """Whether the file of a `record` is there as long as it was written. Reading 100,000 of them would take half an hour."""
+    """Whether a `record` has files, and all are there as long as they were written. Reading 100,000 of them would take half an
+    hour."""
     try:
-        return os.path.getsize(folder / record["file"]) == record.get("bytes")
+        lengths = record.get("bytes") or {}
+        return bool(lengths) and all(os.path.getsize(folder / name) == length for name, length in lengths.items())
     except OSError:
         return False
 

@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -31,8 +31,8 @@ DEATHS = 3
 """A point is given up after so many of the processes that solved it have died. Processes killed from outside do not count."""
 CONNECT_SECONDS = 10
 
-Item = tuple[Record, bytes]
-"""A record for the journal, and the content of the file that it names."""
+Item = tuple[Record, Mapping[str, bytes]]
+"""A record for the journal, and the contents of its files by their names."""
 
 
 class Task(Protocol):

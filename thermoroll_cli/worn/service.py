@@ -122,17 +122,17 @@ class Stand:
         try:
             result = solve_wheelset(worn_wheelset(self.problem, self.outlines), threads=self.threads)
         except ValueError as cause:
-            yield self.given_up(str(cause)), b""
+            yield self.given_up(str(cause)), {}
             return
         if not result.converged:
-            yield self.given_up(result.reason), b""
+            yield self.given_up(result.reason), {}
             return
         uncertainty = result.uncertainty
         elements = max((patch.coupled.fields["pressure"].size for patch in result.contacts), default=0)
         yield {"key": self.key, "reason": "", "elements": elements,
                "columns": {name: (result[name], uncertainty[name]) for name in (*MEANS, *LARGEST) if name in result.scalars},
                "depths": {name: depth.tolist() for name, depth in depths_of(result, self.outlines).items()},
-               "errors": {name: rate_errors_of(result, name) for name in self.outlines}}, b""
+               "errors": {name: rate_errors_of(result, name) for name in self.outlines}}, {}
 
     def without(self, done: Callable[[str], bool]) -> Self | None:
         return None if done(self.key) else self

@@ -1,0 +1,161 @@
+"""Seeded contacts over time, and the check of each: what must not change, and estimates against finer grids and steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from scripts.stress.outcome import Outcome, Pair
+from scripts.stress.random_contacts import random_contact
+from thermoroll_cli.history.course import Course, History
+from thermoroll_cli.history.solve import HistorySolver
+from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.names import UNCERTAINTY
+from thermoroll_cli.problem.problem import Heating, Numerics
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+GRIDS = (16, 20, 24)
+REFERENCE, SHOWN = 3, 5
+"""Elements and steps of the reference over those of the case, and the rows of it whose errors are looked at."""
+SAME = 1e-4
+"""Of μW: two solutions that are the same but for the tolerances of the solver."""
+ALONG, ACROSS, SPIN, LOAD = "creepage.longitudinal", "creepage.lateral", "creepage.spin_rad_mm", "load.normal_N"
+FORCE, SPEED, SHIFT, SHIFT_ACROSS = "force.longitudinal_N", "rolling.speed_m_s", "shift.longitudinal_um", "shift.lateral_um"
+ODD = ACROSS, SPIN, "force.lateral_N", SHIFT_ACROSS
+"""Keys that change their sign in the mirror."""
+
+
+def random_course(seed: int) -> History:
+    """The history of `seed`, always the same: rolling that starts, cycles and shifts without rolling, a stop between, loads
+    that change, kinks, jumps and zeros, a few long steps or many short ones, square and slender grids."""
+    rng = np.random.default_rng([71, seed])
+    problem = replace(random_contact(seed), heating=Heating(heat=False))
+    n = int(rng.choice(GRIDS))
+    grid = (n, n) if rng.random() < 0.8 else (n, 2 * n) if rng.random() < 0.5 else (2 * n, n)
+    derived = DerivedQuantities(problem)
+    motion, length = problem.motion, 2.0 * derived.hertz.semi_axis_x
+    problem = replace(problem, numerics=Numerics(grid, extent=float(rng.choice([2.2, 2.6]))))
+    knots, begin = int(rng.integers(2, 6)), "pressed" if rng.random() < 0.4 else "steady"
+    places = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.5, knots - 1))]) * length
+    if rng.random() < 0.4:  # a jump
+        at = int(rng.integers(0, knots))
+        places = np.insert(places, at, places[at])
+    steps, count = int(rng.choice([3, 6, 12, 24])), len(places)
+
+    def course(size: float, *, zeros: bool = True) -> tuple[float, ...]:
+        values = size * rng.uniform(-1.0, 1.0, count) if zeros else size * rng.uniform(0.4, 1.0, count)
+        if zeros and rng.random() < 0.3:
+            values[int(rng.integers(0, count))] = 0.0
+        return tuple(values.tolist())
+
+    values = {}
+    if rng.random() < 0.4:
+        values[LOAD] = course(problem.normal_force, zeros=False)
+    kind = rng.random()
+    if kind < 0.3:  # nothing rolls
+        problem = replace(problem, motion=replace(motion, speed=0.0, creepage_x=0.0, creepage_y=0.0, spin=0.0, force_x=None))
+        slide = derived.saturation_creepage * length * 1e6
+        values[SHIFT] = course(slide * float(rng.uniform(0.1, 1.2)))
+        if rng.random() < 0.5:
+            values[SHIFT_ACROSS] = course(0.5 * slide)
+        if rng.random() < 0.4:
+            least = min(values.get(LOAD, (problem.normal_force,)))
+            values = {name: column for name, column in values.items() if name != SHIFT}
+            values[FORCE] = course(0.8 * problem.friction.coefficient * least)
+            values.pop(SHIFT_ACROSS, None)
+            problem = replace(problem, motion=replace(problem.motion, creepage_x=None, force_x=0.0))
+        return History(problem, Course(tuple(places.tolist()), values, False, steps, "pressed"))
+    sizes = {ALONG: motion.creepage_x, ACROSS: motion.creepage_y, SPIN: 1e-3 * motion.spin}
+    values |= {name: course(abs(size)) for name, size in sizes.items() if size and rng.random() < 0.8}
+    if kind < 0.4 and motion.force_x is None:  # it stops, and rolls on
+        speeds = np.where(rng.random(count) < 0.5, 0.0, 1.0)
+        speeds[0], speeds[-1] = 1.0, 1.0
+        values[SPEED] = tuple(np.maximum(speeds, 0.05).tolist())
+    return History(problem, Course(tuple(places.tolist()), values or {ALONG: course(derived.saturation_creepage)}, True, steps,
+                                   begin))  # fmt: skip
+
+
+def check(history: History) -> Outcome:
+    """Solve it; friction and heat have limits, and other places, units, a speed and the mirror change nothing."""
+    result = HistorySolver().solve(history)
+    outcome = Outcome(result.converged, result.reason, work=int(result.work["applications"] / max(1, result.work["steps"])))
+    return replace(outcome, broken=tuple(_faults(history, result))) if result.converged else outcome
+
+
+def _faults(history: History, result: Result) -> Iterator[str]:
+    table = _table(result)
+    limit = np.array(table["friction_limit_N"])
+    force = np.hypot(table["force_x_N"], table["force_y_N"]) / limit
+    if force.max() > 1.0 + SAME:
+        yield f"a force of {force.max():.6g} μW"
+    heat = np.array(table["heat_J"])
+    if (np.diff(heat) < -SAME * heat.max()).any():
+        yield "heat that comes back"
+    for name, other, (x, y) in _same(history):
+        found = _table(HistorySolver().solve(other))
+        for column, sign in (("force_x_N", x), ("force_y_N", y)):
+            away = np.abs(sign * np.array(found[column]) - np.array(table[column])) / limit
+            errors = np.array(table.get(UNCERTAINTY + column, np.zeros(len(limit)))) / limit
+            if (away > SAME + 0.1 * errors).any():
+                yield f"{name}: {column} differs by {away.max():.2g} μW"
+
+
+def _same(history: History) -> Iterator[tuple[str, History, tuple[float, float]]]:
+    """Histories that are the same but for factors of their forces."""
+    course, problem = history.course, history.problem
+    away = course.places[-1] - course.places[0]
+    yield "other places", replace(history, course=replace(course, places=tuple(p + away for p in course.places))), (1.0, 1.0)
+    sign = {key: -1.0 if key in ODD else 1.0 for key in course.values}
+    mirrored = {key: tuple(sign[key] * value for value in values) for key, values in course.values.items()}
+    motion = problem.motion
+    other = replace(motion, spin=-motion.spin, creepage_y=None if motion.creepage_y is None else -motion.creepage_y,
+                    force_y=None if motion.force_y is None else -motion.force_y)
+    yield "mirror", History(replace(problem, motion=other), replace(course, values=mirrored)), (1.0, -1.0)
+    factor = 8.0
+    stiffer = [replace(body, youngs_modulus=factor * body.youngs_modulus) for body in (problem.lower, problem.upper)]
+    forces = {name: None if (value := getattr(motion, name)) is None else factor * value for name in ("force_x", "force_y")}
+    scaled = {key: tuple((factor if key.endswith("_N") else 1.0) * value for value in values)
+              for key, values in course.values.items()}
+    yield "units of force", History(replace(
+        problem, lower=stiffer[0], upper=stiffer[1], normal_force=factor * problem.normal_force,
+        motion=replace(motion, **forces)), replace(course, values=scaled)), (1.0 / factor, 1.0 / factor)  # type: ignore[arg-type]
+    if course.by_distance and SPEED not in course.values:
+        yield "twice the speed", replace(history, problem=replace(problem, motion=replace(motion, speed=2.0))), (1.0, 1.0)
+
+
+def covered(history: History, *_: int) -> Outcome:
+    """Solve it, with the estimated and true errors of the scalars of some rows."""
+    result = HistorySolver().solve(history)
+    course, grid = history.course, history.problem.numerics.grid
+    assert course.steps is not None and grid is not None
+    finer = replace(history.problem, numerics=replace(
+        history.problem.numerics, grid=(REFERENCE * grid[0], REFERENCE * grid[1]), extent=float(result.work["extent"])))
+    fine = HistorySolver().solve(History(finer, replace(course, steps=REFERENCE * course.steps)))
+    outcome = Outcome(result.converged, result.reason, work=int(result.work["applications"] / result.work["steps"]))
+    if not (result.converged and fine.converged):
+        return outcome
+    return replace(outcome, pairs=tuple(_pairs(_table(result), _table(fine), round(math.sqrt(grid[0] * grid[1])))))
+
+
+def _pairs(table: Columns, fine: Columns, grid: int) -> Iterator[Pair]:
+    rows = np.unique(np.linspace(0, table.count - 1, SHOWN).round().astype(int)).tolist()
+    largest = {name: float(np.nanmax(np.abs(column))) for name, column in table.numbers.items()}
+    for column in table:
+        name = column.removeprefix(UNCERTAINTY)
+        scale = error_scale(name, largest) if name != column else 0.0
+        for row in rows if scale > 0.0 and name in fine else ():
+            error, true = table[column][row], abs(table[name][row] - fine[name][REFERENCE * row])
+            if math.isfinite(error) and math.isfinite(true):
+                yield Pair(grid, name, error / scale, true / scale)
+
+
+def _table(result: Result) -> Columns:
+    assert result.history is not None
+    return result.history
+
+
