@@ -24,7 +24,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from scripts.benchmark import contact, page, positions, rows
+from scripts.benchmark import contact, over_time, page, positions, rows
 from scripts.benchmark.cases import (
     BASELINES,
     FOLDER,
@@ -142,7 +142,7 @@ def main() -> None:
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # one core for everything that is compared
     parts: dict[str, Callable[[], Any]] = {
         "accuracy": lambda: accuracy(runs), "taken_away": lambda: taken_away(runs), "rows": lambda: rows.measure(runs),
-        "processes": lambda: processes(runs), "asked": asked,
+        "processes": lambda: processes(runs), "asked": asked, "over_time": lambda: over_time.measure(runs),
     }
     if options.contact:
         parts["contact"] = lambda: contact.against_contact(options.contact, runs)

@@ -19,7 +19,8 @@ NAMES = {HOT: "Sec. 4.1, coupled", "article_4_1_mechanical": "Sec. 4.1, isotherm
 def write(results: dict[str, Any]) -> None:
     """Fill in all tables for which there are numbers, and draw the figure."""
     makers = {"accuracy": _accuracy, "contact": _contact, "taken_away": _taken_away, "frictionless": _frictionless,
-              "rows": _rows, "processes": _processes, "positions": _positions, "asked": _asked}
+              "rows": _rows, "processes": _processes, "positions": _positions, "asked": _asked,
+              "over_time": _over_time}
     tables = {name: makers[name](part["measured"]) for name, part in results.items()}
     if "accuracy" in results:
         tables["coupled"] = _coupled(results["accuracy"]["measured"])
@@ -38,6 +39,12 @@ def _asked(measured: list[dict[str, Any]]) -> dict[str, Any]:
     rows = [[f"{r['accuracy']:.0e}", r["asked"], f"{1e3 * r['median']:.3g}", f"{r['total']:.3g}",
              f"{r['reached']} of {r['contacts']}"] for r in measured]
     return _table("accuracy | of | CPU ms, median | CPU s, all | reach it", rows)
+
+
+def _over_time(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    rows = [[r["history"], str(r["N"]), str(r["steps"]), f"{r['seconds']:.2g}", f"{r['error']:.1e}", f"{r['applications']:.1f}",
+             str(r["steady"]), f"{r['applications'] / r['steady']:.2f}"] for r in measured]
+    return _table("history | N | steps | CPU s | error of the force over μW, rms | applications a step | steady | ratio", rows)
 
 
 def _digits(ratio: float) -> str:

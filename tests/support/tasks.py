@@ -20,13 +20,13 @@ class DeadlyTask:
     def key(self) -> str:
         return self.keys[0]
 
-    def items(self) -> Iterator[tuple[dict[str, Any], bytes]]:
+    def items(self) -> Iterator[tuple[dict[str, Any], dict[str, bytes]]]:
         for key in self.keys:
             if key == "deadly":
                 with open(os.path.join(self.folder, "deaths"), "a") as stream:
                     stream.write("x")
                 os._exit(9)
-            yield {"key": key, "reason": ""}, b""
+            yield {"key": key, "reason": ""}, {}
 
     def without(self, done: Callable[[str], bool]) -> DeadlyTask | None:
         left = tuple(key for key in self.keys if not done(key))
@@ -42,8 +42,8 @@ class DeadlyTask:
 class SlowDiskTask(DeadlyTask):
     """Items with files that take long to write."""
 
-    def items(self) -> Iterator[tuple[dict[str, Any], bytes]]:
+    def items(self) -> Iterator[tuple[dict[str, Any], dict[str, bytes]]]:
         os.fsync = lambda file: time.sleep(0.5)
         for key in self.keys:
-            yield {"key": key, "file": f"{key}.bin"}, b"content"
+            yield {"key": key, "file": f"{key}.bin"}, {f"{key}.bin": b"content"}
             time.sleep(0.5)  # it works at the next one

@@ -330,8 +330,8 @@ def test_a_batch_is_solved_from_its_start_but_only_pending_points_are_kept() -> 
     whole = Batch(points, range(1, 5), tuple(Pending(n, str(n), f"{n}.h5") for n in range(1, 5)), "thermoroll sweep")
     part = whole.without(lambda key: key in ("1", "2", "4"))
     assert part is not None
-    ((record, content),) = part.items()
-    assert (record["key"], record["file"], content[:4]) == ("3", "3.h5", b"\x89HDF")
+    ((record, files),) = part.items()
+    assert (record["key"], record["file"], files["3.h5"][:4]) == ("3", "3.h5", b"\x89HDF")
     assert record["summary"]["Q_F_W"] == list(whole.items())[2][0]["summary"]["Q_F_W"]
     assert whole.without(lambda key: True) is None
 
