@@ -147,6 +147,22 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     assert pictures[0] == pictures[1]
 
 
+def test_keys_that_a_law_needs_may_be_free(tmp_path, monkeypatch):
+    """The case alone is invalid: it names a law and leaves its values to the fit."""
+    monkeypatch.chdir(tmp_path)
+    law = {"law": "exponential", "memory_um": 100.0, "half_slip_m_s": 0.05}
+    whole = Case.from_dict(KNOWN | {"friction": law | {"limit_coefficient": 0.3}})
+    creepages = [2e-3, 1e-2, 3e-2, 0.1]
+    rows = sweep(whole, {"creepage.longitudinal": creepages})
+    write(tmp_path / "curve.csv", {"creepage.longitudinal": creepages, "force_x_N": [row["force_x_N"] for row in rows]})
+    Path("rig.toml").write_text(whole.to_toml().replace("limit_coefficient = 0.3\n", ""), encoding="utf-8")
+    limit = "friction.limit_coefficient"
+    assert invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0]).returncode == 3
+    done = invoke("fit", "rig.toml", "curve.csv", "--free", f"{limit}=0.1:0.4", "--no-plots", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["parameters"][limit]["value"] == pytest.approx(0.3, rel=1e-3)
+
+
 def test_a_key_that_acts_by_its_square_is_found_from_the_end_0_of_its_range():
     creepages = [5e-4, 1e-3, 2e-3, 4e-3]
     rows = sweep(KNOWN | {"creepage": {"lateral": 3e-3}}, {"creepage.longitudinal": creepages})

@@ -11,6 +11,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.tables import align
+from thermoroll_cli.files.case import case_name
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.scalar_errors import with_error
@@ -53,12 +54,13 @@ def fit(
     Writes DIR/NAME_fit.toml (the case with the values found), DIR/NAME_fit.json and DIR/NAME_fit.png. A value that the data
     do not determine is named in a warning and has no interval. The exit code is 4 if the fit does not converge.
     """
-    read, _ = options.read_task(case, settings, as_json=as_json)
+    with options.recorded(case, as_json), options.usage("--free"):
+        read = fitting.case_of_fit(options.read_source(case, options.parse_overrides(settings)), case_name(case), free)
+        with options.solvable(read, str(case)):
+            read.task  # noqa: B018  # asked for its errors
+        fitting.Free.parse_all(free, read)
     with options.usage("DATA.csv"):
         measured = Measured.read(data)
-    with options.usage("--free"):
-        for text in free:
-            fitting.Free.parse(text, read)
     options.check_writable(output)
 
     def report(count: int) -> None:

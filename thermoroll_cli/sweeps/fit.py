@@ -27,7 +27,7 @@ from scipy.special import stdtrit
 
 from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.atomic import write_bytes
-from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.case_schema import allowed_values, entry_at
 from thermoroll_cli.files.case_source import CaseSource, Override, key_path
 from thermoroll_cli.plots.fit_figures import Figure, fit_figure
@@ -67,7 +67,7 @@ class Free:
     high: float
 
     @classmethod
-    def parse(cls, text: str, case: Case) -> Free:
+    def parse(cls, text: str, case: CaseSource) -> Free:
         """KEY or KEY=LOW:HIGH, which begins at the value in `case`, or in the middle of the range where the case has none.
         Without a range the whole one of the key is meant. Raises ValueError: not a key that takes a number, neither a value in
         the case nor a range, no range, a start outside of it."""
@@ -86,7 +86,7 @@ class Free:
             if not low <= lowest < highest <= high:
                 raise ValueError(f'"{text}": LOW must be below HIGH, and {key} {allowed_values(key_path(key))}')
             low, high = lowest, highest
-        value = CaseSource(case.name, "", json.loads(case.to_json())).get(key_path(key))
+        value = case.get(key_path(key))
         if not isinstance(value, int | float):
             if not equals:
                 raise ValueError(f"{key} has no value in {case.name}: give a range, {key}=LOW:HIGH, or write a value there for "
@@ -97,6 +97,12 @@ class Free:
         if value == 0.0 and not equals:
             raise ValueError(f"{key} begins at 0: give its range, {key}=LOW:HIGH")
         return cls(key, float(value), low, high)
+
+    @classmethod
+    def parse_all(cls, texts: Iterable[str], case: Case) -> list[Free]:
+        """Those of a whole case, with all its defaults. Raises as `parse`."""
+        resolved = CaseSource(case.name, "", json.loads(case.to_json()))
+        return [cls.parse(text, resolved) for text in texts]
 
     @property
     def logarithmic(self) -> bool:
@@ -308,6 +314,20 @@ class _Model:
         return np.stack(slopes, axis=1)
 
 
+def case_of_fit(source: CaseSource, name: str, free: Iterable[str]) -> Case:
+    """The case of a text, in which keys that are `free` may be missing, though it needs them: they begin within their ranges.
+    Raises CaseError, and ValueError for a key that cannot be free."""
+    try:
+        return Case.from_source(source, name)
+    except CaseError:
+        wanted = [Free.parse(text, source) for text in free]
+        missing = [Override(key_path(one.key), one.start, f"{one.key}={one.low:g}:{one.high:g}", "--free")
+                   for one in wanted if source.get(key_path(one.key)) is None]
+        if not missing:
+            raise
+        return Case.from_source(source.overridden(missing), name)
+
+
 def fit(
     case: Case | Mapping[str, Any] | str | os.PathLike[str],
     data: Measured | Mapping[str, Sequence[float]] | str | os.PathLike[str],
@@ -330,7 +350,7 @@ def fit(
     Raises CaseError for an invalid case or point; ValueError, with file and line, for data or keys that make no sense, fewer
     values than keys, and a point without a steady state; OSError."""
     case, measured = Case.of(case), Measured.of(data)
-    wanted = [Free.parse(text, case) for text in free]
+    wanted = Free.parse_all(free, case)
     names = [one.key for one in wanted]
     if not wanted or len(set(names)) < len(names):
         raise ValueError("name each key that is free, and each once" if wanted else "no key is free")
