@@ -103,7 +103,10 @@ def test_init_writes_the_cases_of_the_documents_with_their_files(tmp_path: Path)
     assert (tmp_path / "mine.toml").read_text() == (EXAMPLES / "wheel_rail.toml").read_text()
     assert call("init", "-", "--example", "table1").stdout == (EXAMPLES / "table1.toml").read_text()
     unknown = call("init", "--example", "nothing", cwd=tmp_path)
-    assert unknown.returncode == 2 and "manchester" in unknown.stderr
+    assert unknown.returncode == 2 and "--examples lists them" in unknown.stderr
+    listed = call("init", "--examples", cwd=tmp_path).stdout.splitlines()
+    assert [line.split()[0] for line in listed] == sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+    assert "  manchester" in "".join(listed) and "Manchester benchmark, 4 mm" in "".join(listed)
     assert "did you mean manchester?" in call("init", "--example", "manchster", cwd=tmp_path).stderr
 
 

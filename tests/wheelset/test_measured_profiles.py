@@ -80,6 +80,7 @@ def test_measured_wheels_have_a_conicity(wheel: str) -> None:
     found = conicity(measured(wheel, "avg_low2.ban"), [1.0, 2.0, 3.0, 5.0])
     assert np.isfinite(found.conicity[:3]).all(), found.warnings
     agrees(found)
+    assert len(repr(found)) < 100 and "at 3 mm, 4 amplitudes from 1 to 5 mm" in repr(found)
 
 
 @pytest.mark.parametrize(("depth", "expected"), [(0.4, 0.23), (0.9, 0.33), (1.4, 0.55)])

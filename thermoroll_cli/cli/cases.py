@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import re
+import tomllib
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +14,7 @@ import typer
 
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.tables import align
 from thermoroll_cli.files.case import CaseError
 from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.python_api import KINDS
@@ -88,15 +90,20 @@ def init(
     example: Annotated[str, typer.Option(
         "--example", metavar="NAME", show_default=False,
         help="A case of the documents, cases/NAME.toml, with the files that it reads.")] = "",
+    examples: Annotated[bool, typer.Option("--examples", help="List the cases of the documents, with their titles.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
     names = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+    if examples:
+        titles = (tomllib.loads((EXAMPLES / f"{name}.toml").read_text(encoding="utf-8"))["title"] for name in names)
+        streams.write(*align([*zip(names, titles, strict=True)]))
+        return
     if example and example not in names:
         near = difflib.get_close_matches(example, names, 1)
-        advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(names)}"
+        advice = f"did you mean {near[0]}?" if near else "--examples lists them"
         raise typer.BadParameter(f"no case is called {example}; {advice}", param_hint="--example")
     text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8") if example else template_text(template.value)
     file = file or Path(f"cases/{example}.toml" if example else "case.toml")

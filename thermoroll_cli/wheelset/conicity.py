@@ -93,6 +93,11 @@ class Conicity:
     amplitudes: Array
     warnings: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        title = f"{self.problem.contact.title!r}, " if self.problem.contact.title else ""
+        ends = f"{1e3 * self.amplitudes.min():g} to {1e3 * self.amplitudes.max():g} mm"
+        return f"<Conicity {title}{self.conicity_at(3e-3):.4g} at 3 mm, {len(self.amplitudes)} amplitudes from {ends}>"
+
     @cached_property
     def radius_difference(self) -> Array:
         """Δr at the shifts: the rolling radius of the right wheel less that of the left one, in m."""
