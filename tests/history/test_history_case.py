@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import signal
 import subprocess
 import sys
@@ -212,9 +213,8 @@ def test_nothing_rolls() -> None:
     ("history", {"begin": "still"}, "history.begin"),
     ("rolling", {"speed_m_s": 0.0}, "history.distance_mm"),
     ("force", {"longitudinal_N": 0.1}, "history.values"),
-    ("friction", {"memory_um": 10.0}, "friction.memory_um"),
     ("friction", {"law": "exponential", "limit_coefficient": 0.2, "half_slip_m_s": 0.1}, "friction.law"),
-    ("thermal", {"heat": True}, "thermal.deformation"),
+    ("friction", {"law": "table", "table": [[0, 0.2], [0.1, 0.4], [0.2, 0.3]]}, "friction.law"),
     ("thermal", {"deformation": False, "peclet": "sliding"}, "thermal.peclet"),
     ("thermal", {"deformation": False, "lower": {"recirculate": True, "width_mm": 20, "convection_W_m2K": 9}}, "thermal.lower"),
     ("history", {"values": {"thermal.bulk_temperature_upper_K": [0, 1, 2]}}, "history.values"),
@@ -361,3 +361,65 @@ def test_heat_at_rest() -> None:
     conducted = 4.0 * 1e-3 * result["hertz_a_mm"] * 20.0 / (1.0 / 50 + 1.0 / 5)
     assert history["heat_into_lower_W"][-1] == pytest.approx(conducted, rel=0.02)
     assert history["heat_into_lower_W"][1] > history["heat_into_lower_W"][-1]
+
+
+def hot(**tables: dict[str, Any]) -> tuple[dict[str, Any], list[Any]]:
+    """A steel ball that slides with half its rolling speed of 20 m/s, without its history, and what it is over time: from the
+    steady state, and from nothing."""
+    case = ball(numerics={"grid": 14}, geometry={"upper_radius_x_mm": 15.0, "upper_radius_y_mm": 15.0}, **tables)
+    case["material"] = {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28, "conductivity_W_mK": 50, "expansion_um_mK": 11.7,
+                        "diffusivity_mm2_s": 10}
+    case |= {"load": {"normal_N": 65, "friction_coefficient": 0.3}, "rolling": {"speed_m_s": 20.0, "differential_slip": False}}
+    case.pop("history")
+    course = {"distance_mm": [0, 1.4], "steps": 20, "values": {"creepage.longitudinal": [0.5, 0.5]}}
+    return case, [solve({**case, "history": {**course, "begin": begin}}).history for begin in ("steady", "pressed")]
+
+
+def test_expansion_ends_in_the_steady_coupled_state() -> None:
+    """Sliding that heats the surfaces: what begins with the coupled state stays there, and what begins cold ends there."""
+    case, (stays, grows) = hot()
+    for name in ("gamma_p", "gamma_c", "temperature_rise_max_lower_K", "thermal_displacement_max_um"):
+        steady = stays[name][0]
+        assert stays[name] == pytest.approx([steady] * 21, rel=1e-3), name
+        assert grows[name][-1] == pytest.approx(steady, rel=2e-3), name
+    assert stays["gamma_p"][0] > 1.02 and grows["gamma_p"][0] == 1.0
+    result = solve({**case, "creepage": {"longitudinal": 0.5}})
+    assert stays["gamma_p"][0] == pytest.approx(result["gamma_p"], rel=2e-3)
+
+
+FALLING = {"law": "exponential", "limit_coefficient": 0.2, "half_slip_m_s": 0.01, "memory_um": 20.0}
+
+
+def test_friction_remembers_while_bodies_slide_without_rolling() -> None:
+    """f − f(s) falls like e^(−s t/d) under a shift at constant speed once all slides."""
+    speed, time, steps = 0.02, 8e-3, 24
+    case = ball(rolling={"speed_m_s": 0.0}, friction=FALLING, numerics={"grid": 10}, material={"youngs_modulus_GPa": 210.0})
+    case["history"] = {"time_s": [0, time], "steps": steps, "values": {"shift.longitudinal_um": [0, 1e6 * speed * time]}}
+    history = solve(case).history
+    assert history is not None and set(history["gamma_st"][4:]) == {0.0}
+    coefficient = np.array(history["force_x_N"][4:]) / 0.4705 - (0.2 + 0.2 * 0.5 ** (speed / 0.01))
+    assert coefficient[1:] / coefficient[:-1] == pytest.approx(math.exp(-speed * time / steps / 20e-6), rel=0.02)
+
+
+def test_friction_that_remembers_in_rolling() -> None:
+    """The steady state stays, is the end of what begins from nothing, and a step that is long leads to it at once."""
+    case = ball(friction=FALLING, numerics={"grid": 16}, rolling={"speed_m_s": 1.0})
+    case["history"] = {"distance_mm": [0, 28], "steps": 28, "values": {"creepage.longitudinal": [0.01, 0.01]}}
+    leap = {**case["history"], "distance_mm": [0, 1e5], "steps": 1}
+    histories = [solve({**case, "history": {**given, "begin": begin}}).history
+                 for given, begin in ((case["history"], "steady"), (case["history"], "pressed"), (leap, "pressed"))]
+    without = {name: table for name, table in case.items() if name != "history"}
+    steady = solve({**without, "creepage": {"longitudinal": 0.01}})
+    for history in histories:
+        assert history is not None
+        assert history["force_x_N"][-1] == pytest.approx(histories[0]["force_x_N"][0], rel=2e-3)  # type: ignore[index]
+        assert history["force_x_N"][-1] == pytest.approx(steady["force_x_N"], abs=2.0 * history["uncertainty.force_x_N"][-1])
+    assert histories[0] is not None and histories[0]["friction_mean"][0] < 0.39
+
+
+def test_friction_that_falls_with_temperature() -> None:
+    """It does so as the surfaces warm up, and ends with the force of the steady state."""
+    _, (stays, grows) = hot(friction={"temperature_slope_1_K": 0.001}, thermal={"deformation": False})
+    steady = stays["force_x_N"][0]
+    assert steady < 0.95 * 0.3 * 65.0 and stays["force_x_N"] == pytest.approx([steady] * 21, rel=1e-3)
+    assert max(grows["force_x_N"]) > 1.01 * steady and grows["force_x_N"][-1] == pytest.approx(steady, rel=3e-3)

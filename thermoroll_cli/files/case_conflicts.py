@@ -431,8 +431,6 @@ def _history(sections: Sections, history: HistoryTable) -> Iterator[Conflict]:
     if not heat_is_on(sections):
         return
     thermal = sections["thermal"] or model.ThermalTable()
-    if thermal.deformation and any(getattr(material, "expansion_um_mK", None) for _, material in _materials(sections)):
-        yield Conflict(("thermal", "deformation"), "thermal expansion over time is not computed", "false", at_key=True)
     if thermal.peclet == "sliding":
         yield Conflict(("thermal", "peclet"), "sources with the slip velocity are not computed over time",
                        '"rolling" or "stationary"', at_key=True)

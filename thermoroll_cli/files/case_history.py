@@ -20,7 +20,7 @@ from thermoroll_cli.problem.result import Result
 
 MOST_PLACES = 100000
 REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "thermal.lower", "thermal.upper",
-           "geometry.conformal", "friction.law", "friction.memory_um")
+           "geometry.conformal")
 """Tables and keys that are not computed over time."""
 LARGEST = 1e15
 """Magnitude of any value."""
@@ -70,7 +70,22 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
         yield ("history", name), "must not fall", "numbers that rise; the same number twice is a jump"
     if any(one == other == third for one, other, third in zip(places, places[1:], places[2:], strict=False)):
         yield ("history", name), "has a number three times", "the same number twice is a jump"
+    yield from _friction(sections.get("friction"), sections.get("load"), history)
     yield from _values(sections, history, places)
+
+
+def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault]:
+    """What is wrong with friction that depends on slip."""
+    if friction is None:
+        return
+    if friction.memory_um and history.begin and history.begin not in STATES:
+        yield ("history", "begin"), "does not tell the memory of friction", '"steady" or "pressed", or no friction.memory_um'
+    elif friction.law and not friction.memory_um:
+        at_rest = (0.0 if load is None else load.friction_coefficient) or 0.0
+        values = [value for _, value in friction.table or ()] or [at_rest, friction.limit_coefficient or 0.0]
+        if any(other < one for one, other in pairwise(values)):
+            yield (("friction", "law"), "falls with slip: without memory there are several states at a time",
+                   "friction.memory_um above 0, or a law that does not fall")
 
 
 def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[float]) -> Iterator[Fault]:
@@ -90,8 +105,8 @@ def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[flo
         elif load is not None and ((key == "load.normal_N" and load.approach_um is not None)
                                    or (key == "load.approach_um" and load.normal_N is not None)):
             yield path, f"{key} cannot change together with the other one", "a normal load, or an approach"
-        elif key == "load.friction_coefficient" and (friction is None or friction.across):
-            yield path, f"{key} cannot change where friction depends on the place", "a case without [friction]"
+        elif key == "load.friction_coefficient" and (friction is None or friction.across or friction.law):
+            yield path, f"{key} cannot change where friction depends on the place or on slip", "a case without [friction]"
         elif key.startswith("thermal.") and (thermal is None or not thermal.heat or thermal.partition != "matched"):
             yield path, f"{key} drives heat through the contact, which needs a matched partition", 'partition = "matched"'
     speeds = history.values.get(SPEED) or ([] if rolling is None else [rolling.speed_m_s or 0.0])

@@ -41,8 +41,9 @@ from scipy.special import erf, i0e, i1e, wrightomega
 
 from thermoroll_cli.arrays import Array
 
-Spread = Callable[[Array, float, float, Array], Array]
-"""Share of the heat of an element that is at each centre, (times, centres), from centres, element length, speed and times."""
+Spread = Callable[[Array, float, float | Array, Array], Array]
+"""Share of the heat of an element that is at each centre, (times, centres), from centres, element length, speed (or one of each
+time) and times."""
 
 GAUSSIAN_CUTOFF = 4.6
 """Gaussians are cut off where their argument reaches this: erfc(4.6) = 8e-11."""
@@ -231,15 +232,17 @@ def time_integral(
 
 
 def integrated(
-    x: Array, y: Array, aspect: float, peclets: tuple[float, float], tau: Array, weights: Array, along: Spread | None = None
+    x: Array, y: Array, aspect: float, peclets: tuple[float | Array, float | Array], tau: Array, weights: Array,
+    along: Spread | None = None,
 ) -> Array:
-    """Σ weight gx gy over the rising nodes `tau`, at offsets x × y, for each row of `weights`; `along` replaces gx."""
-    peclet_x, peclet_y = peclets
+    """Σ weight gx gy over the rising nodes `tau`, at offsets x × y, for each row of `weights`; `along` replaces gx. Péclet
+    numbers may differ from node to node."""
+    speeds_x, speeds_y = (np.broadcast_to(peclet, tau.shape) for peclet in peclets)
     table = np.zeros((len(weights), len(x), len(y)))
     breaks = np.searchsorted(tau, [SERIES_FROM, SERIES_FROM * aspect])
     starts = np.unique(np.concatenate((np.arange(0, len(tau), NODES_TOGETHER), breaks, [len(tau)])))
     for start, stop in pairwise(starts):
-        times = tau[start:stop]
+        times, peclet_x, peclet_y = tau[start:stop], speeds_x[start:stop], speeds_y[start:stop]
         rows = _window(x, 1.0, peclet_x, times)
         columns = _window(y, aspect, peclet_y, times)
         lengthwise = (along or cell_average)(x[rows], 1.0, peclet_x, times)
@@ -284,18 +287,18 @@ def last_time(reaches: tuple[float, float], peclets: tuple[float, float]) -> flo
                 for reach, speed in zip(reaches, peclets, strict=True) if speed), default=math.inf)
 
 
-def _window(centres: Array, length: float, speed: float, tau: Array) -> slice:
+def _window(centres: Array, length: float, speed: Array, tau: Array) -> slice:
     """The offsets that any of the Gaussians at times ``tau`` reaches."""
     drift, spread = speed * tau**2, 2.0 * GAUSSIAN_CUTOFF * tau + 0.5 * length
     low, high = np.searchsorted(centres, [(drift - spread).min(), (drift + spread).max()])
     return slice(int(low), int(high))
 
 
-def cell_average(centres: Array, length: float, speed: float, tau: Array) -> Array:
+def cell_average(centres: Array, length: float, speed: float | Array, tau: Array) -> Array:
     """g at each time and offset: the share of a drifting element's heat, in one direction; shape (times, offsets)."""
-    tau = tau[:, None]
+    drift, tau = (speed * tau**2)[:, None], tau[:, None]
     half = length / (4.0 * tau)
-    middle = (centres - speed * tau**2) / (2.0 * tau)
+    middle = (centres - drift) / (2.0 * tau)
     if tau[0, 0] < SERIES_FROM * length:
         return 0.5 * (erf(middle + half) - erf(middle - half))
     # Taylor series of the difference about its middle (derivatives of exp(−a²) are Hermite polynomials).
@@ -338,10 +341,10 @@ def slopes(flux: Array) -> Array:
     return np.asarray(np.clip(total / np.maximum(count, 1.0), -2.0 * flux, 2.0 * flux))
 
 
-def cell_moment(centres: Array, length: float, speed: float, tau: Array) -> Array:
+def cell_moment(centres: Array, length: float, speed: float | Array, tau: Array) -> Array:
     """m at each time and offset, for elements of unit `length`; shape (times, offsets)."""
     t = tau[:, None]
-    x = centres - speed * t**2
+    x = centres - (speed * tau**2)[:, None]
     right, left = (x + 0.5) / (2.0 * t), (x - 0.5) / (2.0 * t)
     if tau[0] < SERIES_FROM * length:
         ends = np.exp(-(right**2)) - np.exp(-(left**2))

@@ -15,7 +15,7 @@ any length L, s/L = (δ + u₁ − u)/L for the shift δ of the step, which is e
 time of the step stands for V. u is that of traction and, between unlike bodies, of pressure.
 
 Heat is remembered (`heat_over_time`): the material of both bodies drifts with V ± half the creepage, which is the one given, or
-where it is an unknown that of the step before.
+where it is an unknown that of the step before. Their thermal expansion acts back within each step as in the steady state.
 
 Energy: the tractions do the `work` ∫ ∬ τ·ξ dσ, of which ½ ∬ τ·u is stored, and the rest becomes heat.
 """
@@ -39,7 +39,7 @@ from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.refinement.refine import first_guess
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
-from thermoroll_cli.steady_state.fixed_point import SteadyState, fixed_point
+from thermoroll_cli.steady_state.fixed_point import HEAT, Learnt, SteadyState, fixed_point
 from thermoroll_cli.steady_state.heated_bodies import HeatResponses, heated_bodies
 from thermoroll_cli.steady_state.scalars import reported_state
 
@@ -66,7 +66,7 @@ class Moment:
 @dataclass(frozen=True)
 class _Reached:
     """The state at the `end` of a step: displacements `u` (2, nx, ny) in m, slip that drives the tractions (`rigid`, over V),
-    `work` and `heat` in J since the start, and the total `shift` in m."""
+    `work` and `heat` in J since the start, the total `shift` in m, and the mean factor of `friction` that remembers."""
 
     place: float
     end: End
@@ -78,6 +78,7 @@ class _Reached:
     heat: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
     rolls: bool = True
+    friction: Array | None = None
 
 
 class _StepHeat(HeatResponses):
@@ -104,10 +105,14 @@ class Steps:
         self._base = Discretisation(derived, shape, extent or derived.problem.numerics.extent, threads, self._options)
         # Nothing is known of the symmetry of tractions that are given.
         given = isinstance(history.course.begin, Result)
+        problem, self._hot = derived.problem, False
+        self._memory: HeatMemory | None = None
+        if problem.heating.heat:
+            bodies = heated_bodies(problem, 0.0, 0.0)
+            self._hot = bool(problem.heating.deformation) and any(body.free_expansion for body in bodies)
+            self._memory = HeatMemory(self._base.grid, bodies, expands=self._hot)
         self._mirror = None if given else DerivedQuantities(history.most).kinematics.mirror_on(
-            shape[1], heated=derived.problem.friction_varies)
-        heated = derived.problem.heating.heat
-        self._memory = HeatMemory(self._base.grid, heated_bodies(derived.problem, 0.0, 0.0)) if heated else None
+            shape[1], heated=problem.friction_varies or self._hot)
 
     def moments(self, rows: Array) -> Iterator[Moment]:
         """The states at the places `rows`, with further steps to the `stops` between them."""
@@ -124,7 +129,8 @@ class Steps:
         for stop, time, distance in zip(stops[1:].tolist(), times[1:].tolist(), distances[1:].tolist(), strict=True):
             jumps = reached.place in course.jumps
             here, now = self._here(stop, time, distance, reached, None if jumps else before, jumps=jumps)
-            state = fixed_point(here, first_guess(here, reached.contact, hot=False), tolerances)
+            state = fixed_point(here, first_guess(here, reached.contact, hot=self._hot), tolerances,
+                                learnt=Learnt(HEAT.first_residual, state.secants))
             work, solved = work + state.applications, solved and state.converged
             before, reached = reached, self._after(here, state.contact, stop, now, distance, reached)
             if self._memory is not None:
@@ -140,12 +146,14 @@ class Steps:
         begin, problem = self.history.course.begin, self.history.problem_at(place)
         here = self._base.under(DerivedQuantities(problem))
         mirror = None if isinstance(begin, Result) else here.derived.kinematics.mirror_on(
-            here.grid.ny, heated=problem.friction_varies)
+            here.grid.ny, heated=problem.friction_varies or self._hot)
         # Displacements are needed wherever a later contact may be.
         here.traction.window_around(np.ones(here.grid.shape, dtype=bool), mirror, here.derived)
         guess = first_guess(here, None, hot=False)
         if begin == "steady":
-            return here, fixed_point(here, guess, self._options.tolerances)
+            cold = fixed_point(here, guess, self._options.tolerances)
+            return here, cold if not self._hot else fixed_point(
+                here, first_guess(here, cold.contact, hot=True), self._options.tolerances)
         nothing = np.zeros((2, *here.grid.shape))
         past = Past(1.0 / here.grid.dx, nothing, self._mirror, rolls=False)
         # Nothing rubs yet, and no heat flows.
@@ -167,13 +175,15 @@ class Steps:
             shift = self.history.shift_at(place)
             moved = shift[0] - last.shift[0], shift[1] - last.shift[1]
             problem = self._still(problem, moved, grid, time - last.end.time)
-            past = Past(1.0 / grid.dx, last.u / grid.dx, self._mirror, rolls=False)
+            past = Past(1.0 / grid.dx, last.u / grid.dx, self._mirror, rolls=False, friction=last.friction)
         elif before is None or not last.rolls or not 0.0 < step <= MOST_GROWTH * (last.distance - before.distance):
-            past = Past(1.0 / step, last.u / step, self._mirror)
+            past = Past(1.0 / step, last.u / step, self._mirror, friction=last.friction)
         else:
             k = last.distance - before.distance
-            slip = last.u * ((step + k) / (step * k)) - before.u * (step / (k * (step + k)))
-            past = Past(1.0 / step + 1.0 / (step + k), slip, self._mirror)
+            one, two, rate = (step + k) / (step * k), step / (k * (step + k)), 1.0 / step + 1.0 / (step + k)
+            friction = None if last.friction is None or before.friction is None else (
+                last.friction * (one / rate) - before.friction * (two / rate))
+            past = Past(rate, last.u * one - before.u * two, self._mirror, friction=friction)
         constant = jumps or not past.rolls or not last.rolls
         now = End(time, self._moved(problem, step, last, constant=constant), constant)
         heat = None if self._memory is None else _StepHeat(self._memory, now)
@@ -204,7 +214,8 @@ class Steps:
         """What the steps begin from."""
         past = here.derived.past
         return _Reached(place, End(time, ((0.0, 0.0), (0.0, 0.0))), distance, contact, self._displacement(here, contact),
-                        _rigid(here, contact), shift=self.history.shift_at(place), rolls=past is None or past.rolls)
+                        _rigid(here, contact), shift=self.history.shift_at(place), rolls=past is None or past.rolls,
+                        friction=_friction_factor(here, contact))
 
     def _after(
         self, here: Discretisation, contact: Contact, place: float, now: End, distance: float, last: _Reached
@@ -223,7 +234,7 @@ class Steps:
         rate = contact.tangential.work if now.constant else 0.5 * (contact.tangential.work + last.contact.tangential.work)
         work = 0.5 * float(((traction + last.contact.tangential.traction) * mean).sum()) * area
         return _Reached(place, now, distance, contact, self._displacement(here, contact), rigid, last.work + work * step,
-                        last.heat + rate * step, shift, past.rolls)
+                        last.heat + rate * step, shift, past.rolls, _friction_factor(here, contact))
 
     @staticmethod
     def _displacement(here: Discretisation, contact: Contact) -> Array:
@@ -258,6 +269,19 @@ def _rigid(here: Discretisation, contact: Contact) -> Array:
         if force is not None:
             rigid[i] += contact.tangential.creepage[i]
     return rigid
+
+
+def _friction_factor(here: Discretisation, contact: Contact) -> Array | None:
+    """The factor of friction with memory, (nx, ny), where there is no contact that of new material; None without memory."""
+    friction = here.derived.problem.friction
+    if friction.law is None or friction.law.memory == 0.0:
+        return None
+    factor, local = np.full(here.grid.shape, friction.law.at_rest), contact.tangential.friction
+    if local is not None:
+        scale = friction.coefficient if contact.friction is None else contact.friction
+        scale = scale * friction.mean_share(here.grid.y, here.grid.dy)
+        np.divide(local, scale, out=factor, where=contact.normal.pressure > 0.0)
+    return factor
 
 
 def _carried(result: Result, here: Discretisation, pressure: Array) -> Array:

@@ -84,12 +84,14 @@ class Traction:
 class Past:
     """What a contact remembers in one step over time: the change of displacement, (∂u/∂t)/V, is `rate` u − `slip`, with `rate`
     in 1/m and `slip` (2, nx, ny) from the displacements of the states before. `mirror` are the parities that all states of the
-    history have across y = 0 (None: none). Where nothing `rolls`, V stands for any length over the time of the step."""
+    history have across y = 0 (None: none). Where nothing `rolls`, V stands for any length over the time of the step. For
+    friction with memory (∂f/∂t)/V is `rate` (f − `friction`), (nx, ny), with the mean factors of the states before."""
 
     rate: float
     slip: Array
     mirror: tuple[int, int] | None = None
     rolls: bool = True
+    friction: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,10 @@ a = dx·covered·max(s, s₀)/(V d_c), and
     f_out = f(s) + (f_in − f(s)) e^{−a},      mean over the element = f(s) + (f_in − f(s)) (1 − e^{−a})/a.
 
 Without memory the mean is f(s) itself.
+
+In a step over time the factor also keeps c of the mean φ of the states before (`Past`): with k = c dx·covered the exponent is
+a + k, and (a f(s) + k φ)/(a + k) takes the place of f(s). Where nothing rolls f = f(s) + (φ − f(s)) e^{−a} at the end of the
+step.
 """
 
 from __future__ import annotations
@@ -53,12 +57,16 @@ class FrictionResponse:
 
 @dataclass(frozen=True)
 class SlipFriction:
-    """A friction law on a box of elements of length `dx` (m) along x, fractions `covered` (n, m), rolling `speed` V (m/s)."""
+    """A friction law on a box of elements of length `dx` (m) along x, fractions `covered` (n, m), rolling `speed` V (m/s); in a
+    step over time with memory the mean factor `before`, (n, m), its `rate` c in 1/m, and whether the contact `rolls`."""
 
     law: FrictionLaw
     speed: float
     dx: float
     covered: Array
+    before: Array | None = None
+    rate: float = 0.0
+    rolls: bool = True
 
     def outweighed_by(self, stiffness: Array, bound: Array) -> bool:
         """Whether `resolvent` has one root in every element: friction has no memory and falls less than `stiffness` σ rises."""
@@ -86,9 +94,22 @@ class SlipFriction:
         slope = slope * self.speed
         if law.memory == 0.0:
             return FrictionResponse(value, slope)
-        rate = self.dx * self.covered / (self.speed * law.memory)
+        # Material passes through the covered part of an element; where nothing rolls all of it stays.
+        length = self.dx * (self.covered if self.rolls else 1.0)
+        rate = length / (self.speed * law.memory)
         exponent = rate * np.maximum(speed, law.memory_slip)
         exponent_slope = np.where(speed > law.memory_slip, rate * self.speed, 0.0)
+        if self.before is not None and not self.rolls:
+            kept = np.exp(-exponent)
+            return FrictionResponse(value + (self.before - value) * kept,
+                                    (1.0 - kept) * slope - (self.before - value) * kept * exponent_slope)
+        if self.before is not None:
+            changing = self.rate * self.dx * self.covered
+            total = exponent + changing
+            safe = np.where(total > 0.0, total, 1.0)
+            settled = value + (self.before - value) * (changing / safe)
+            slope = (exponent * slope + exponent_slope * (value - settled)) / safe
+            value, exponent = settled, total
         kept = np.exp(-exponent)
         small = exponent < SERIES_BELOW
         safe = np.where(small, 1.0, exponent)

@@ -146,7 +146,8 @@ class TractionSolver:
             leading=self.leading(derived, normal, window, undisturbed=undisturbed) if has_shape else None,
             variation=_variation(derived, self.grid, window),
             slip_friction=None if problem.friction.law is None else SlipFriction(
-                problem.friction.law, motion.speed, self.grid.dx, window.cut(normal.covered)),
+                problem.friction.law, motion.speed, self.grid.dx, window.cut(normal.covered),
+                *((None,) if past is None or past.friction is None else (window.cut(past.friction), past.rate, past.rolls))),
         )
         solution = solver.solve(
             cell,
