@@ -69,14 +69,17 @@ def test_laws_begin_at_one_and_fall_to_their_limit(kind: str) -> None:
     assert -slope[0] <= law.steepest
 
 
+@pytest.mark.parametrize("rolls", [True, False])
+@pytest.mark.parametrize("over_time", [True, False])
 @pytest.mark.parametrize("memory", [0.0, 1e-6, 1e-4])
 @pytest.mark.parametrize("kind", LAWS)
-def test_the_derivative_is_that_of_the_factor(kind: str, memory: float) -> None:
+def test_the_derivative_is_that_of_the_factor(kind: str, memory: float, *, over_time: bool, rolls: bool) -> None:
     generator = np.random.default_rng(1)
     slip, change = 0.05 + 0.1 * generator.random((12, 5)), generator.normal(size=(12, 5))
     covered = np.ones((12, 5))
     covered[0], covered[-1], covered[6, 2] = 0.3, 0.7, 0.0
-    friction = SlipFriction(replace(LAWS[kind], memory=memory), speed=2.0, dx=1e-5, covered=covered)
+    past = (0.8 + 0.1 * generator.random((12, 5)), 3e4, rolls) if over_time else ()
+    friction = SlipFriction(replace(LAWS[kind], memory=memory), 2.0, 1e-5, covered, *past)
     step = 1e-7
     found = friction.response(slip).change(change)
     difference = (friction.response(slip + step * change).factor - friction.response(slip - step * change).factor) / (2 * step)
