@@ -12,7 +12,7 @@ import pytest
 from tests.support.errors import relative
 from tests.support.profiles import CROWN, below
 from tests.support.scenes import STEEL, ellipse, rolling, saturation
-from thermoroll_cli.numerics.grid import between_sides, peak_value
+from thermoroll_cli.numerics.grid import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
@@ -189,3 +189,11 @@ def test_a_patch_of_few_elements_keeps_its_top() -> None:
     assert between_sides(at_end, at_end, (False, True))[0, -1] == 0.9
     assert between_sides(at_end, at_end, (False, False))[0, -1] == 0.0
     assert np.array_equal(between_sides(at_end[:, -1:], at_end[:, -1:], (False, False)), at_end[:, -1:])
+
+
+def test_the_largest_value_is_never_below_its_field() -> None:
+    """At the border it is that of the element, inside it is the top between elements."""
+    field = np.outer([0.0, 0.8, 1.0, 0.9, 0.0], [0.0, 1.2, 1.0, 0.9, 0.0])
+    assert peak_inside(field, (field > 0.0).astype(float)) == 1.2
+    inside = np.outer([0.0, 0.7, 0.9, 1.0, 0.8, 0.0], [0.0, 0.7, 0.9, 1.0, 0.8, 0.0])
+    assert peak_inside(inside, (inside > 0.0).astype(float)) == peak_value(inside) > 1.0

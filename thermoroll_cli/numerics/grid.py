@@ -268,36 +268,19 @@ def patches_across(covered: AnyArray) -> list[NDArray[np.intp]]:
     return np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1)
 
 
-def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
-    """The largest `peak_value` of the patches, of their elements away from the border of the contact, and from steep lateral
-    borders (`between_sides`), if there are any: near a border that is steeper than an element, single elements carry load that
-    belongs to their neighbours.
-
-    `covered` are the covered fractions, (nx, ny); `ends` says that the first and the last column lie at the end of a profile,
-    which is no border of this kind."""
-    whole = framed(covered > 0.0)
-    whole[:, 0], whole[:, -1] = whole[:, 1] & ends[0], whole[:, -2] & ends[1]
-    rows = whole[:-2] & whole[1:-1] & whole[2:]
-    inside = rows[:, :-2] & rows[:, 1:-1] & rows[:, 2:]
-    smooth = inside & (between_sides(field, field, ends) > 0.0)
-    peaks = []
-    for columns in patches_across(covered):
-        own = np.zeros_like(field)
-        own[:, columns] = field[:, columns]
-        kept = next((mask for mask in (smooth, inside) if mask[:, columns].any()), None)
-        if kept is None:
-            peaks.append(peak_value(own))
-            continue
-        i, j = np.unravel_index(int(np.argmax(np.where(kept, own, -np.inf))), field.shape)
-        peaks.append(float(own[i, j]) + _rise(own[:, j], int(i), averages=True) + _rise(own[i, :], int(j), averages=True))
-    return max(peaks, default=0.0)
+def peak_inside(field: Array, covered: Array) -> float:
+    """`peak_value` of a `field` (nx, ny) that is largest inside the contact, of which elements cover the fractions `covered`;
+    the value of the largest element if that touches the border, where no top is smooth."""
+    i, j = np.unravel_index(int(np.argmax(field)), field.shape)
+    return peak_value(field) if framed(covered)[i : i + 3, j : j + 3].all() else float(field[i, j])
 
 
 def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Array:
     """`field` (nx, ny) without the elements at a steep lateral border of the contact: those with a neighbour to one side that
     carries less than `SMOOTH_BORDER_SHARE` of their `pressure` and a neighbour to the other side that carries more, and the
     next ones inwards where the pressure rises towards such a border. Elements at the leading and the trailing edge stay: a slip
-    zone may be one element wide. `ends` as in `peak_inside`. A patch of which no element is left is kept whole."""
+    zone may be one element wide. `ends` says that the first and the last column lie at the end of a profile, which is no border
+    of this kind. A patch of which no element is left is kept whole."""
     beside = np.pad(pressure, ((0, 0), (1, 1)), mode="edge")
     beside[:, 0] *= ends[0]
     beside[:, -1] *= ends[1]

@@ -181,10 +181,11 @@ def _narrow(
             inner = float(line[top])
             border = grid.y[last] + side * (float(covered[last]) - 0.5) * grid.dy
             rise = _turn(geometry, border, grid.dy, side) * unit * peak
-            # A pressure whose maximum lies away from the end has no peak there.
-            if abs(last - top) > reach or rise <= GROWTH * peak or inner + rise <= peak:
-                continue
-            parted.append((rise, 1e3 * border))
+            ends = columns[:BORDER] if side < 0.0 else columns[-BORDER:]
+            # A pressure whose maximum lies away from the end has no peak there, unless that of the end is the largest.
+            hidden = abs(last - top) <= reach and rise > GROWTH * peak and inner + rise > peak
+            if hidden or float(line[ends].max()) == peak:
+                parted.append((rise, 1e3 * border))
     # The rough lobes of a measured profile are many: the worst one of a kind is named.
     if few:
         count, way, of, y = min(few)

@@ -117,7 +117,7 @@ class PressureSolver:
             # They are even but for rounding, which could otherwise add a border element on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
         elliptic = self._derived.problem.geometry.elliptic
-        peak = peak_value(pressure) if elliptic else peak_inside(pressure, covered, self.at_ends)
+        peak = peak_value(pressure) if elliptic else peak_inside(pressure, covered)
         return Pressure(
             pressure, covered, displacement, gap, approach=solution.approach, peak=peak, offset=offset,
             whole_elements=solution.pressure / cosine, iterations=solution.iterations, converged=solution.converged,

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.numerics.grid import between_sides
 from thermoroll_cli.problem.geometry import Geometry, surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Numerics, Problem, Wear, planar
 from thermoroll_cli.problem.result import Result
@@ -127,8 +126,7 @@ def _solved(problem: Problem, state: ContactState, result: Result) -> ContactSta
         body: state.rows.averages(edges, worn_per_passage(result.problem, worn, result.coupled.fields, dx) / worn.track_length)
         for body, worn in wear.bodies.items()}
     known = {str(body): rate_errors(result, body) if rates[body].any() else (0.0, 0.0) for body in BODIES}
-    load = line_load(result)[None]
-    largest = float(between_sides(load, load, (True, True)).max())  # as the largest pressure
+    largest = float(line_load(result).max())
     state = replace(state, result=result, rates=rates, rate_errors=known, columns={
         "half_width_mm": (1e3 * half_width(result), None), "line_load_max_N_mm": (1e-3 * largest, None),
         **{name: (result[name], result.uncertainty[name]) for name in OF_RESULT if name in result.scalars}})
