@@ -133,6 +133,7 @@ POPULATIONS = {
     "worn conicities": Population(conicities.worn_track, conicities.check_worn, 200),
     "worn wheelsets": Population(wheelsets.worn_wheelset, wheelsets.check, 200, limit=120.0),
     "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
+    "rollers": Population(wheelsets.on_rollers, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "files of profiles": Population(profile_files.random_file, profile_files.check, 200),
     "bearings": Population(bearings.random_bearing, bearings.check, 40, limit=300.0),

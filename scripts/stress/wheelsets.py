@@ -50,6 +50,13 @@ def moved_rails(seed: int) -> Case:
     return Case.from_dict(content)
 
 
+def on_rollers(seed: int) -> Case:
+    """The wheelset of `moved_rails` on rollers, from half as large as the wheels to much larger."""
+    rng = np.random.default_rng([37, seed])
+    track = {"track.roller_radius_mm": float(10.0 ** rng.uniform(2.4, 4.0))}
+    return moved_rails(seed).with_values(track | {"wheelset.longitudinal_shift_mm": float(rng.normal(0.0, 2.0))})
+
+
 def tread_and_flange(seed: int) -> Case:
     """A wheelset with friction over the inclination of its rails: one to five points, some without friction, here and there
     others on one rail."""

@@ -179,7 +179,7 @@ def test_broken_files_are_refused_with_their_line(tmp_path: Path, text: str, lin
     assert span is not None and line in (None, span.line)
 
 
-def wheel_deck(name: str, **more: str) -> str:
+def wheel_deck(name: str, **more: object) -> str:
     given = case_named(name)
     i = given["input"]
     values = {
@@ -201,6 +201,55 @@ def test_wheels_have_the_forces_of_contact(tmp_path: Path, side: str) -> None:
     each = imported(deck_of(tmp_path, wheel_deck(name)))[0]
     row = solved(each, {1: case_named(name)["contact"]["force_rail_track_N"]}, GRID, tmp_path)
     assert row["force"] == pytest.approx(row["reference"], abs=0.002 * 10_000.0)
+
+
+ROLLER = "   14.0   0   1435.0   800.0\n"
+
+
+def test_a_wheel_that_travels_backwards_is_one_of_the_other_side(tmp_path: Path) -> None:
+    deck = wheel_deck("A2.2 right y=5.0")
+    forward = imported(deck_of(tmp_path, deck))[0]
+    given = case_named("A2.2 right y=5.0")["input"]
+    back = wheel_deck("A2.2 right y=5.0", side=0, y=-given["y"], roll=-given["roll"], omega=-given["omega"])
+    backward = imported(deck_of(tmp_path, back.replace(" 2000. ", " -2000. ")))[0]
+    assert forward.case is not None and backward.case is not None and forward.axes is not None and backward.axes is not None
+    assert backward.case.settings == forward.case.settings
+    scalars = {f"track_force_{axis}_right_N": value for axis, value in zip("xyz", (1.0, 2.0, 3.0), strict=True)}
+    assert forward.axes.force(scalars) == [1.0, 2.0, 3.0] and backward.axes.force(scalars) == [-1.0, -2.0, 3.0]
+
+
+def test_wheels_on_rollers(tmp_path: Path) -> None:
+    """The radius is that of z = 0 of the outline, whose top lies elsewhere."""
+    deck = wheel_deck("A2.2 left y=4.0", side=4).replace("   14.0   0   1435.0   0.0\n", ROLLER)
+    case = imported(deck_of(tmp_path, deck.replace(" 2000. ", " 2.5 ")))[0].case
+    assert case is not None and case.settings.track is not None and case.settings.track.left is not None
+    assert (case.settings.track.roller_radius_mm, case.settings.track.roller_angular_velocity_rad_s) == (800.0, 2.5)
+    assert case.settings.rolling is not None and case.settings.rolling.speed_m_s == pytest.approx(2.0)
+    assert case.settings.track.left.shift_z_mm == pytest.approx(min(1e3 * z for _, z in outline_points("MBench_UIC60_v3.prr")))
+    roller = " 1  MODULE\n 4203000\n 0100002\n 0100321\n 0 0 0 0 0 0\n 2.5 0 0 0 0 -4.3\n"
+    kept = imported(deck_of(tmp_path, wheel_deck("A2.2 left y=4.0").replace(END, roller + END)))[1]
+    assert kept.case is None and kept.reason == "C1: no earlier case has the track that is kept"
+
+
+def test_wheels_may_be_off_their_place_on_the_axle(tmp_path: Path) -> None:
+    """The wheel turns with its axle: what lies lower moves faster by that. A roll of it lifts the axle of the surface alone."""
+    flexible = "  0.0 {y} {z}  {roll} 0.0 0.0\n  0.0 0.0 0.0  0.0 0.0 0.0\n"
+    plain = imported(deck_of(tmp_path, wheel_deck("A2.2 right y=5.0")))[0].case
+    cases = []
+    for off in ({"y": 0.5, "z": 0.25, "roll": 0.0}, {"y": 0.0, "z": 0.0, "roll": 0.01}):
+        deck = wheel_deck("A2.2 right y=5.0").replace("0022033", "0022035").replace(END, flexible.format(**off) + END)
+        cases.append(imported(deck_of(tmp_path, deck))[0].case)
+    assert plain is not None and all(case is not None for case in cases)
+    before, moved, rolled = (case.settings for case in (plain, *cases) if case is not None)
+    assert before.wheelset is not None and moved.wheelset is not None and rolled.wheelset is not None
+    assert before.rolling is not None and moved.rolling is not None
+    omega = before.wheelset.angular_velocity_rad_s
+    assert omega is not None and before.rolling.speed_m_s is not None
+    assert moved.wheelset.lateral_shift_mm == pytest.approx(before.wheelset.lateral_shift_mm + 0.5, abs=1e-3)
+    assert moved.wheelset.height_mm == pytest.approx(before.wheelset.height_mm + 0.25, abs=1e-3)
+    assert moved.rolling.speed_m_s == pytest.approx(before.rolling.speed_m_s - 0.25e-3 * omega, rel=1e-6)
+    assert rolled.wheelset.roll_mrad == pytest.approx(before.wheelset.roll_mrad + 10.0, rel=1e-3)
+    assert rolled.wheelset.yaw_rate_mrad_s == pytest.approx(10.0 * omega, rel=1e-3)
 
 
 def test_absolute_places_of_rails_are_those_of_the_gauge(tmp_path: Path) -> None:

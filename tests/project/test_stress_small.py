@@ -73,8 +73,8 @@ def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds
     ("profiles", (4, 18)),  # one with prescribed forces, on a grid that is not square
     ("awkward profiles", (3,)), ("conformal pairs", (1,)), ("kinks and ends", (2, 5)), ("offsets", (501,)),
     ("neighbours", (7000,)), ("wear", (4,)), ("wheelsets", (1,)), ("friction across", (0,)), ("tread and flange", (0,)),
-    ("displaced wheelsets", (2,)), ("conicities", (6,)), ("moved rails", (1,)), ("given approaches", (0, 660167)),
-    ("wear at an approach", (2,)),
+    ("displaced wheelsets", (2,)), ("conicities", (6,)), ("moved rails", (1,)), ("rollers", (3,)),
+    ("given approaches", (0, 660167)), ("wear at an approach", (2,)),
     ("files of profiles", tuple(range(30))),  # every format, its headers and spellings
     ("rising friction", (40000115,)),  # elements that slip alone between sticking ones
 ])  # fmt: skip

@@ -38,7 +38,7 @@ def test_places_angles_and_creepages_are_those_of_contact():
         for theirs in case["contact"]["patches"]:
             patch = min(found, key=lambda patch: abs(patch.y - 1e-3 * side * theirs["y_tr"]))
             on_wheel = patch.place + patch.overlap[0] * directions(patch.angle)[2]
-            c = creepages(Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel)), on_wheel, patch.angle)
+            c = creepages(Slip(motion, patch.position, facing.wheel.radius, tuple(on_wheel)), on_wheel, patch.angle)
             seen.append(np.abs([
                 1e3 * patch.x - theirs["x_tr"], 1e3 * patch.y - side * theirs["y_tr"], 1e3 * patch.z - theirs["z_tr"],
                 patch.angle - side * theirs["angle_rad"],

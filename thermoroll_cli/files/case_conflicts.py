@@ -185,6 +185,19 @@ def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
                                    f"{back:g} mm is no y of the flange back of {'.'.join(place)}, which begins at "
                                    f"y = {begin:.4g} mm", f"{begin - BACK_TO_TIP:.4g} to {begin + BACK_TOLERANCE:.4g} for this "
                                    "outline", at_key=True, other=place)
+    rollers = [track.roller_radius_mm or getattr(getattr(track, side), "roller_radius_mm", None) for side in sides]
+    if any(rollers) and not all(rollers):
+        yield Conflict(("track", "roller_radius_mm"), "is missing: one side has a rail, the other one a roller", "two rollers",
+                       at_key=True)
+    if any(rollers) and track.curve_radius_m is not None:
+        yield Conflict(("track", "curve_radius_m"), "rollers are no curve", "a straight track",
+                       other=("track", "roller_radius_mm"))
+    if track.roller_angular_velocity_rad_s is not None and not any(rollers):
+        yield Conflict(("track", "roller_angular_velocity_rad_s"), "there is no roller", "roller_radius_mm beside it")
+    for key in ("longitudinal_shift_mm", "longitudinal_velocity_mm_s"):
+        if getattr(wheelset, key) and not any(rollers):
+            yield Conflict(("wheelset", key), "a wheelset on straight rails travels, at any place with the rolling speed",
+                           "0, or rollers (track.roller_radius_mm)")
     if wheelset.vertical_N is None and wheelset.height_mm is None:
         yield Conflict(("wheelset", "vertical_N"), "is missing", "a vertical load, or height_mm", at_key=True)
     if wheelset.height_mm is not None and wheelset.roll_mrad is None and len(sides) == 2:

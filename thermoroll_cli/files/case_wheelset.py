@@ -16,7 +16,7 @@ from thermoroll_cli.files.case_table import Allowed, Pair, Table, pairs, quantit
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.wheelset.curves import Points, smoothed
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset
-from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
+from thermoroll_cli.wheelset.placement import Position, RailSide, Roller, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 
 CurveRadius = Annotated[
@@ -56,6 +56,7 @@ class TrackSideTable(Table):
     """One rail, where it differs from the other."""
 
     rail_profile: Outline | None = Field(default=None, description="Outline of this rail")
+    roller_radius_mm: float | None = quantity("Radius of the roller in place of this rail", None, ge=1, le=1e9)
     shift_y_mm: float = quantity("Shift of this rail to the field side", 0.0, ge=-1e3, le=1e3)
     shift_z_mm: float = quantity("Shift of this rail downwards", 0.0, ge=-1e3, le=1e3)
     roll_mrad: float = quantity("Roll of this rail about y = z = 0 of its outline, top to the field side", 0.0, ge=-500, le=500)
@@ -73,6 +74,10 @@ class TrackTable(Table):
     gauge_height_mm: float = quantity("Depth below the top of the rails at which the gauge is measured", 14.0, ge=0, le=100)
     cant: float = quantity("Inclination of the rails inwards, 0.025 for 1:40", 0.0, ge=-0.5, le=0.5)
     curve_radius_m: CurveRadius | None = quantity("Radius of the curve, positive to the right; straight if left out", None)
+    roller_radius_mm: float | None = quantity("Radius of the top of rollers in place of the rails; straight rails if left out",
+                                              None, ge=1, le=1e9)
+    roller_angular_velocity_rad_s: float | None = quantity("Angular velocity of the rollers; that of rolling.speed_m_s if left "
+                                                           "out", None, ge=1e-9, le=1e6)
     left: TrackSideTable | None = Field(default=None, description="The left rail, where it differs")
     right: TrackSideTable | None = Field(default=None, description="The right rail, where it differs")
 
@@ -93,6 +98,7 @@ class WheelsetTable(Table):
     flange_back_mm: float = quantity("y of the flange back in the outline", -70.0, ge=-1e3, le=1e3)
     wheels: Literal["both", "left", "right"] = Field(default="both", description="Wheels that are solved")
     lateral_shift_mm: float = quantity("Shift of the wheelset to the right", 0.0, ge=-1e3, le=1e3)
+    longitudinal_shift_mm: float = quantity("Shift of the wheelset forward over rollers", 0.0, ge=-1e3, le=1e3)
     yaw_mrad: float = quantity("Yaw, right wheel backwards", 0.0, ge=-150, le=150)
     roll_mrad: float | None = quantity("Roll, right wheel down; of both wheels found if left out", None, ge=-500, le=500)
     vertical_N: float | None = quantity("Vertical load of the wheelset, or of the wheel if there is one", None, ge=1e-6, le=1e9)
@@ -101,6 +107,7 @@ class WheelsetTable(Table):
     angular_velocity_rad_s: float | None = quantity("Angular velocity, forward; found if left out", None, ge=-1e6, le=1e6)
     traction_N: float | None = quantity("Force of the rails on the wheelset, forward; left out: no torque about the axle",
                                         None, ge=-1e9, le=1e9)  # fmt: skip
+    longitudinal_velocity_mm_s: float = quantity("Velocity of the wheelset forward over rollers", 0.0, ge=-1e6, le=1e6)
     lateral_velocity_mm_s: float = quantity("Velocity of the wheelset to the right", 0.0, ge=-1e6, le=1e6)
     vertical_velocity_mm_s: float = quantity("Velocity of the wheelset down", 0.0, ge=-1e6, le=1e6)
     roll_rate_mrad_s: float = quantity("Rate of the roll", 0.0, ge=-1e6, le=1e6)
@@ -121,16 +128,20 @@ def wheelset_of(
     """The wheelset that both tables describe; `contact` has everything else but `friction` over the inclination of a rail."""
     names: tuple[SideName, ...] = SIDES if wheelset.wheels == "both" else (wheelset.wheels,)
     finds_speed = wheelset.angular_velocity_rad_s is None
+    rails = {side: replace(_rail(track, getattr(track, side), contact.motion.speed), friction=friction.get(side, ()))
+             for side in names}
+    speeds = [rail.roller.turning * rail.roller.radius for rail in rails.values() if rail.roller]
     return WheelsetProblem(
         contact=contact,
-        rails={side: replace(_rail(track, getattr(track, side)), friction=friction.get(side, ())) for side in names},
+        rails=rails,
         wheels={side: _wheel(wheelset, getattr(wheelset, side)) for side in names},
         position=Position(wheelset.si("lateral_shift_mm"), wheelset.si("height_mm") or 0.0, wheelset.si("roll_mrad") or 0.0,
-                          wheelset.si("yaw_mrad")),
+                          wheelset.si("yaw_mrad"), wheelset.si("longitudinal_shift_mm")),
         motion=MotionOfWheelset(
-            contact.motion.speed, None if finds_speed else -(wheelset.angular_velocity_rad_s or 0.0),
+            max(speeds, default=contact.motion.speed), None if finds_speed else -(wheelset.angular_velocity_rad_s or 0.0),
             wheelset.si("lateral_velocity_mm_s"), wheelset.si("vertical_velocity_mm_s"), wheelset.si("roll_rate_mrad_s"),
-            wheelset.si("yaw_rate_mrad_s"), 1.0 / (track.curve_radius_m or math.inf)),
+            wheelset.si("yaw_rate_mrad_s"), 1.0 / (track.curve_radius_m or math.inf),
+            wheelset.si("longitudinal_velocity_mm_s")),
         vertical=wheelset.vertical_N,
         finds_roll=wheelset.roll_mrad is None and len(names) == 2,
         finds_speed=finds_speed,
@@ -142,11 +153,15 @@ def wheelset_of(
     )  # fmt: skip
 
 
-def _rail(track: TrackTable, own: TrackSideTable | None) -> RailSide:
+def _rail(track: TrackTable, own: TrackSideTable | None, speed: float) -> RailSide:
+    """A rail, or a roller whose top moves with `speed` (m/s) if its angular velocity is not given."""
     profile = (own and own.rail_profile) or track.rail_profile
     assert profile is not None
     moved = () if own is None else (own.si("shift_y_mm"), own.si("shift_z_mm"), own.si("roll_mrad"))
     placed = RailSide(points_of(profile), track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), *moved)
+    radius = (own and own.si("roller_radius_mm")) or track.si("roller_radius_mm")
+    if radius:
+        placed = replace(placed, roller=Roller(radius, track.roller_angular_velocity_rad_s or speed / radius))
     if own is None or own.origin_mm is None:
         return placed
     return replace(placed, origin=(1e-3 * own.origin_mm[0], 1e-3 * own.origin_mm[1]))

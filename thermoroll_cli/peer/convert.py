@@ -15,6 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from scipy.special import elliprd, elliprf
 
 from thermoroll_cli.exact.hertz import hertz_contact
@@ -22,6 +23,7 @@ from thermoroll_cli.files.case_errors import CaseError, Finding, Span
 from thermoroll_cli.files.csv_table import TableError
 from thermoroll_cli.files.profile_file import read_outline
 from thermoroll_cli.peer.deck import DeckCase
+from thermoroll_cli.wheelset.placement import Position
 
 Content = dict[str, Any]
 LINE = "a line contact, which has a load per length"
@@ -29,7 +31,8 @@ LINE = "a line contact, which has a load per length"
 GRID = {1: 48, 3: 64}
 """Elements per side of a contact of each module: CONTACT's own elements say nothing about the accuracy wanted here."""
 LAW = {2: "linear", 3: "rational", 4: "exponential"}
-RIGHT = {0: ("left", -1.0), 1: ("right", 1.0)}
+SIGN = {0: -1.0, 1: 1.0, 4: -1.0, 5: 1.0}
+"""Side of a wheel on a rail (C1 = 0 and 1) or on a roller, 1 for right ones."""
 
 
 class LeftOut(Exception):
@@ -38,8 +41,8 @@ class LeftOut(Exception):
 
 @dataclass(frozen=True)
 class Axes:
-    """Signs from forces here (on body 2, or on rails) to CONTACT's, the side of a wheel, and the place (x, y) in mm of a single
-    contact, whose origin here is where the bodies are closest."""
+    """Sign from forces here (on body 2, or rails) along x and y to CONTACT's, the side of a wheel, and the place (x, y) in mm
+    of a single contact, whose origin here is where the bodies are closest."""
 
     sign: float
     side: str = ""
@@ -47,9 +50,9 @@ class Axes:
 
     def force(self, scalars: Mapping[str, Any]) -> list[float]:
         """[x, y, z] in N in CONTACT's axes from the scalars of a result."""
-        if self.side:
-            return [float(scalars[f"track_force_{axis}_{self.side}_N"]) for axis in "xyz"]
-        return [self.sign * float(scalars["force_x_N"]), self.sign * float(scalars["force_y_N"]), float(scalars["normal_N"])]
+        names = [f"track_force_{axis}_{self.side}_N" for axis in "xyz"] if self.side else ["force_x_N", "force_y_N", "normal_N"]
+        x, y, z = (float(scalars[name]) for name in names)
+        return [self.sign * x, self.sign * y, z]
 
 
 @dataclass(frozen=True)
@@ -309,61 +312,108 @@ def _history(case: DeckCase, distance: float, before: Before | None, content: Co
 
 
 def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Content) -> Axes:
-    """A wheel on a rail (module 1)."""
+    """A wheel on a rail or a roller (module 1). One that travels backwards is turned about the vertical: it is then a wheel of
+    the other side."""
     digits, values = case.digits, case.values
     needed = ("track", "rail", "deviation", "wheelset", "wheel", "position", "velocity", "grid")
     missing = ", ".join(name for name in needed if name not in values)
     _leave_out(
-        (digits["C1"] not in RIGHT, f"C1 = {digits['C1']}: a roller rig"),
+        (digits["C1"] not in SIGN, f"C1 = {digits['C1']}: unknown"),
         (digits["T"] in (1, 2), f"T = {digits['T']}: a wheel on a rail over time"),
         (digits["B"] != 0, f"B = {digits['B']}: an approximate pressure"),
         (digits["F"] == 3, "F = 3: a rail on springs"),
         (missing != "", f"D, Z or E: no earlier case has what is kept ({missing})"),
     )
-    track, shift, wheels, motion, at = (values[name] for name in ("track", "deviation", "wheelset", "velocity", "position"))
-    kind, (side, sign) = values["grid"]["D"], RIGHT[digits["C1"]]
+    track, shift, wheels, motion = (values[name] for name in ("track", "deviation", "wheelset", "velocity"))
+    kind, sign, on_roller = values["grid"]["D"], SIGN[digits["C1"]], digits["C1"] >= 4
     _leave_out(
         (kind in (6, 7), f"D = {kind}: another plane of reference"),
+        (on_roller != ("NOMRAD" in track), "C1: no earlier case has the track that is kept"),
         (bool(track.get("CURV")), "CURV: a curved track"),
+        (on_roller and track.get("NOMRAD", 1.0) <= 0.0, "NOMRAD: a roller that is hollow"),
         (track["GAUGHT"] > 0.0 and track["SECOND"] > 1.0, "GAUGSQ: another crossing of the gauge height"),
         (any(shift[name] for name in ("VY", "VZ", "VROLL")), "VY, VZ, VROLL: a rail that moves"),
         (wheels.get("YTAPE", 1000.0) != 1000.0, "YTAPE: another place of the nominal radius"),
-        (any(values["flexible"].values()), f"E = {digits['E']}: a wheel that is off its place on the axle"),
-        (motion["VS"] <= 0.0, f"VS = {motion['VS']:g}: a wheel that does not travel forward"),
+        (motion["VS"] == 0.0, "VS = 0: a wheel that does not roll"),
         (digits["F"] == 2 and motion["VPITCH"] != 0.0, "F = 2: a torque about the axle"),
+        (kind == 3, "D = 3: planar patches with the slip of the curved surface"),
     )
-    content["track"] = {
-        "rail_profile": _outline(values["rail"], deck),
-        "cant": track["CANT"],
-        side: {"shift_y_mm": sign * shift["DY"], "shift_z_mm": shift["DZ"], "roll_mrad": 1e3 * sign * shift["ROLL"]},
-    }
+    turned = math.copysign(1.0, motion["VS"])
+    side = "right" if sign * turned > 0.0 else "left"
+    rail, top = _outline(values["rail"], deck)
+    own = {"shift_y_mm": sign * shift["DY"], "shift_z_mm": shift["DZ"], "roll_mrad": 1e3 * sign * shift["ROLL"]}
+    content["track"] = {"rail_profile": rail, "cant": track.get("CANT", 0.0), side: own}
     if track["GAUGHT"] > 0.0:
         content["track"] |= {"gauge_height_mm": track["GAUGHT"], "gauge_mm": track["THIRD"]}
     else:
-        content["track"][side]["origin_mm"] = [sign * track["SECOND"], track["THIRD"]]
+        own["origin_mm"] = [sign * track["SECOND"], track["THIRD"]]
+    speed = abs(motion["VS"])
+    if on_roller:
+        # The radius is that of z = 0 of the outline.
+        content["track"] |= {"roller_radius_mm": track["NOMRAD"], "roller_angular_velocity_rad_s": speed}
+        own["shift_z_mm"] += top if track["GAUGHT"] > 0.0 else 0.0
+        speed *= track["NOMRAD"]
     # Only FBDIST/2 − FBPOS places a wheel: a single one may have its flange back on the track's middle.
     narrow = max(0.0, 1000.0 - wheels["FBDIST"]) if wheels["FBDIST"] < 100.0 else 0.0
+    place, moving = _placed(case, sign, on_roller)
     content["wheelset"] = {
-        "wheel_profile": _outline(values["wheel"], deck), "wheels": side, "nominal_radius_mm": wheels["NOMRAD"],
+        "wheel_profile": _outline(values["wheel"], deck)[0], "wheels": side, "nominal_radius_mm": wheels["NOMRAD"],
         "flange_back_distance_mm": wheels["FBDIST"] + narrow, "flange_back_mm": wheels["FBPOS"] + 0.5 * narrow,
-        "lateral_shift_mm": at["Y"],
-        ("vertical_N" if digits["N"] else "height_mm"): at["Z"], "roll_mrad": 1e3 * at["ROLL"], "yaw_mrad": 1e3 * at["YAW"],
-        "lateral_velocity_mm_s": motion["VY"], "vertical_velocity_mm_s": motion["VZ"],
-        "roll_rate_mrad_s": 1e3 * motion["VROLL"], "yaw_rate_mrad_s": 1e3 * motion["VYAW"],
+        "lateral_shift_mm": turned * place["Y"],
+        ("vertical_N" if digits["N"] else "height_mm"): place["Z"],
+        "roll_mrad": 1e3 * turned * place["ROLL"], "yaw_mrad": 1e3 * place["YAW"],
+        "lateral_velocity_mm_s": turned * moving["VY"], "vertical_velocity_mm_s": moving["VZ"],
+        "roll_rate_mrad_s": 1e3 * turned * moving["VROLL"], "yaw_rate_mrad_s": 1e3 * moving["VYAW"],
         "patches": "curved" if kind == 4 else "planar",
     }  # fmt: skip
+    if on_roller:
+        content["wheelset"] |= {
+            "longitudinal_shift_mm": turned * place["S"],
+            "longitudinal_velocity_mm_s": turned * moving["VX"],
+        }
     # With F = 2 the torque is zero, as it is where neither is given.
     if digits["F"] == 0:
-        content["wheelset"]["angular_velocity_rad_s"] = -motion["VPITCH"]
+        content["wheelset"]["angular_velocity_rad_s"] = -turned * moving["VPITCH"]
     elif digits["F"] == 1:
-        content["wheelset"]["traction_N"] = motion["VPITCH"]
-    content["rolling"] = {"speed_m_s": 1e-3 * motion["VS"], "differential_slip": kind in (3, 4)}
+        content["wheelset"]["traction_N"] = turned * motion["VPITCH"]
+    content["rolling"] = {
+        "speed_m_s": 1e-3 * (speed if on_roller else turned * moving["VX"]),
+        "differential_slip": kind in (3, 4),
+    }
     content.setdefault("load", {})
-    return Axes(1.0, side)
+    return Axes(turned, side)
 
 
-def _outline(read: dict[str, Any], deck: Path) -> Content:
-    """The table of a profile's file, which stays where it is."""
+def _placed(case: DeckCase, sign: float, on_roller: bool) -> tuple[dict[str, float], dict[str, float]]:
+    """Position and velocities of a wheelset, from which its wheel may deviate (E = 4 and 5): that of another one whose wheel is
+    there and moves so. The wheel turns about the axle of the wheelset, its surface is one about an axle of its own."""
+    at, motion, flexible, wheels = (case.values[name] for name in ("position", "velocity", "flexible", "wheelset"))
+    moving = {**motion, "VX": 0.0 if on_roller else motion["VS"]}
+    if not any(flexible.values()):
+        return at, moving
+    _leave_out(
+        (any(flexible[f"wheel {name}"] for name in ("VX", "VY", "VZ", "VROLL", "VYAW", "VPITCH")),
+         f"E = {case.digits['E']}: a wheel that moves on its axle"),
+        (case.digits["F"] != 0, f"E = {case.digits['E']} with F = {case.digits['F']}: a wheel off its place that is driven"),
+    )  # fmt: skip
+    moved = {name: flexible[f"wheel D{name}"] for name in ("X", "Y", "Z", "ROLL", "YAW")}
+    radius, y = wheels["NOMRAD"], sign * (0.5 * wheels["FBDIST"] - wheels["FBPOS"])
+    axes = Position(roll=at["ROLL"], yaw=at["YAW"]).rotation
+    own = Position(roll=moved["ROLL"], yaw=moved["YAW"]).rotation
+    axle = axes @ own[:, 1]
+    place = {"ROLL": math.atan2(axle[2], axle[1]), "YAW": -math.asin(axle[0])}
+    there = Position(roll=place["ROLL"], yaw=place["YAW"]).rotation
+    off = axes @ (own @ [0.0, 0.0, -radius] + [moved["X"], y + moved["Y"], radius + moved["Z"]]) - there @ [0.0, y, 0.0]
+    turning = axes @ [motion["VROLL"], motion["VPITCH"], motion["VYAW"]]
+    rates = dict(zip(("VROLL", "VPITCH", "VYAW"), (there.T @ turning).tolist(), strict=True))
+    more = dict(zip(("VX", "VY", "VZ"), np.cross(turning, off).tolist(), strict=True))
+    x, y, z = off.tolist()
+    place |= {"S": at["S"] + x, "Y": at["Y"] + y, "Z": at["Z"] + (0.0 if case.digits["N"] else z)}
+    return place, rates | {name: moving[name] + change for name, change in more.items()}
+
+
+def _outline(read: dict[str, Any], deck: Path) -> tuple[Content, float]:
+    """The table of a profile's file, which stays where it is, and the least z of its points in mm."""
     path = (deck.parent / read["NAME"].replace("\\", "/")).resolve()
     if not path.is_file():
         raise CaseError([Finding("there is no such file", key="profile", value=read["NAME"], source=str(deck),
@@ -386,4 +436,4 @@ def _outline(read: dict[str, Any], deck: Path) -> Content:
         # CONTACT's penalty λ belongs to the sum over all points, whatever their distance.
         spacing = sum(math.dist(first, second) for first, second in pairwise(reading.content)) / (len(reading.content) - 1)
         table["smoothing_mm"] = 2.0 * math.pi * (read["SMOOTH"] * spacing) ** 0.25
-    return table
+    return table, min(-z if table.get("flip") else z for _, z in reading.content)

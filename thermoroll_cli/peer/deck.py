@@ -316,7 +316,7 @@ def _wheel_on_rail(lines: _Lines, digits: dict[str, int], values: dict[str, Any]
     if digits["E"] >= 2:
         kinds = ("a" if roller else "d") + "ddaa" + ("d" if digits["F"] in (1, 2) else "a")
         values["velocity"] = lines.read("VS VY VZ VROLL VYAW VPITCH", kinds, "the velocity of the wheelset")
-        values["flexible"] = {}
+        values.setdefault("flexible", {})
     if digits["E"] in (4, 5):
         for names in ("DX DY DZ DROLL DYAW DPITCH", "VX VY VZ VROLL VYAW VPITCH"):
             values["flexible"] = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import scipy
 
@@ -31,7 +33,8 @@ class Indentation:
 
     def moved(self, position: Position) -> tuple[float, float]:
         """(dy, dz) in m by which the wheel's material at the patch has moved if the wheelset is at `position`."""
-        before, radius, there = self.patch.facing.position, self.patch.facing.wheel.radius, self.patch.place
+        before, radius, there = self.patch.position, self.patch.facing.wheel.radius, self.patch.place
+        position = replace(position, ahead=before.ahead, roller=before.roller)
         turned = position.rotation @ (before.rotation.T @ (there - before.origin(radius))) + position.origin(radius) - there
         return float(turned[1]), float(turned[2])
 

@@ -14,7 +14,8 @@ from thermoroll_cli.wheelset.placement import Position
 @dataclass(frozen=True)
 class MotionOfWheelset:
     """Velocities of the wheelset (m/s) along the track, to the right and down, rates of roll and yaw (rad/s), its angular
-    velocity about the axle (rad/s, negative forward; None: to be found), and the curvature of the track (1/m, to the right)."""
+    velocity about the axle (rad/s, negative forward; None: to be found), the curvature of the track (1/m, to the right), and
+    the velocity of the wheelset along the track over rollers, on which it does not travel (`ahead`, m/s)."""
 
     speed: float
     angular_velocity: float | None
@@ -23,6 +24,7 @@ class MotionOfWheelset:
     roll_rate: float = 0.0
     yaw_rate: float = 0.0
     curvature: float = 0.0
+    ahead: float = 0.0
 
     @property
     def mirrored(self) -> MotionOfWheelset:
@@ -36,30 +38,44 @@ class Slip:
     """The rigid motion of the rail relative to the wheel as a field over space: `velocity` w(P) over the rolling speed
     `speed` V (m/s) and `rotation` (ω_r − ω)/V (1/m).
 
-        w(P) = [ω_r × P − v − ω × (P − O)]/V,   ω_r = (0, 0, −v k),   ω = R (roll rate, ω_axle, yaw rate)
+        w(P) = [ω_r × (P − C) − v − ω × (P − O)]/V,   ω_r = (0, 0, −v k),   ω = R (roll rate, ω_axle, yaw rate)
 
-    V is the mean of the speeds with which rail and wheel pass the contact at `place`."""
+    about the centre C of the track. A roller turns with ω_r = (0, ω_roller, 0) about its axle under a wheelset that does not
+    travel. V is the mean of the speeds with which rail and wheel pass the contact at `place`, a point of the undeformed wheel,
+    which is `deep` (m, a vector) in the undeformed rail. All is in the axes of the `position`."""
 
     motion: MotionOfWheelset
     position: Position
     radius: float
     place: tuple[float, float, float]
+    deep: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def _rotations(self) -> tuple[Array, Array, Array]:
         """ω_r, and ω without and with the rotation about the axle alone."""
         m, rotation = self.motion, self.position.rotation
         assert m.angular_velocity is not None
-        rail = np.array([0.0, 0.0, -m.speed * m.curvature])
+        roller = self.position.roller
+        rail = np.array([0.0, roller.turning, 0.0] if roller else [0.0, 0.0, -m.speed * m.curvature])
         return rail, rotation @ np.array([m.roll_rate, 0.0, m.yaw_rate]), rotation @ np.array([0.0, m.angular_velocity, 0.0])
+
+    @property
+    def _travel(self) -> Array:
+        """v in m/s."""
+        m, position = self.motion, self.position
+        return np.asarray(position.turn.T @ np.array([m.ahead if position.roller else m.speed, m.lateral, m.vertical]))
+
+    @property
+    def _centre(self) -> Array:
+        """C, for points of the wheel: those of the rail lie higher."""
+        return self.position.rail_centre + np.array(self.deep)
 
     def _passing(self, places: Array) -> tuple[Array, Array]:
         """Velocity of the rail less that of a wheelset that does not turn, and what turning adds, (3, …) in m/s."""
         rail, others, axle = self._rotations
-        m = self.motion
         arm = places - self.position.origin(self.radius)
-        travel = np.array([m.speed, m.lateral, m.vertical])
-        return np.cross(rail, places) - travel - np.cross(others, arm), -np.cross(axle, arm)
+        moving = np.cross(rail, places - self._centre)
+        return moving - self._travel - np.cross(others, arm), -np.cross(axle, arm)
 
     @property
     def speed(self) -> float:
@@ -68,15 +84,14 @@ class Slip:
         return 0.5 * float(abs(rail[0]) + abs(wheel[0]))
 
     def velocity(self, places: Array) -> Array:
-        """w at `places` (…, 3) in track axes, dimensionless."""
+        """w at `places` (…, 3), dimensionless."""
         rail, wheel = self._passing(places)
         return np.asarray((rail + wheel) / self.speed)
 
     def power(self, force: Array, moment: Array) -> float:
         """Power (W) that a `force` and a `moment` about its origin give to the wheelset, relative to the rail."""
-        m = self.motion
         rail, others, axle = self._rotations
-        travel = np.array([m.speed, m.lateral, m.vertical]) - np.cross(rail, self.position.origin(self.radius))
+        travel = self._travel - np.cross(rail, self.position.origin(self.radius) - self._centre)
         return float(force @ travel + moment @ (others + axle - rail))
 
     @property

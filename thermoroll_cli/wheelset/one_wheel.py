@@ -142,7 +142,8 @@ class WheelOnRail:
 
     def _compliance(self) -> Array:
         """1/(π E* d_ij) between the patches in m/N, (n, n); 0 of each to itself."""
-        points = np.array([indentation.patch.place for indentation in self._indentations]).reshape(-1, 3)
+        patches = [indentation.patch for indentation in self._indentations]
+        points = np.array([(patch.x, patch.y, patch.z) for patch in patches]).reshape(-1, 3)
         away = np.linalg.norm(points[:, None] - points, axis=-1)
         away[np.diag_indices(len(points))] = math.inf
         return np.asarray(1.0 / (math.pi * self.contact_modulus * away))

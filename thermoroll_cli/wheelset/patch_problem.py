@@ -33,9 +33,9 @@ VIRTUAL = 0.55
 
 def slip_on(bearing: Bearing, motion: MotionOfWheelset) -> Slip:
     """The rigid motion over a patch of a right wheel; its place lies on the wheel's undeformed surface."""
-    patch, facing = bearing.patch, bearing.patch.facing
-    on_wheel = patch.place + patch.overlap[0] * directions(patch.angle)[2]
-    return Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel.tolist()))
+    patch = bearing.patch
+    deep = patch.overlap[0] * directions(patch.angle)[2]
+    return Slip(motion, patch.position, patch.facing.wheel.radius, tuple((patch.place + deep).tolist()), tuple(deep.tolist()))
 
 
 def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelset) -> Problem:
@@ -57,13 +57,15 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     # An approach closes the gap by its part along the normal: that of the bearing must lead to the gap at its height.
     lowest = lowest + patch.overlap[0] - bearing.sunk * (1.0 - np.cos(turned))
     # Against the track: y = −s.
-    columns = {"y": -s, "lateral": -lateral, "angle": turned, "gap_lowest": lowest, "x_lowest": patch.x - x_lowest,
+    columns = {"y": -s, "lateral": -lateral, "angle": turned, "gap_lowest": lowest, "x_lowest": -x_lowest,
                "curvature": 2.0 * fitted[0], "cubic": -fitted[1], "quartic": fitted[2],
                "slip_x": slips[0], "slip_y": slips[1], "spin": slips[2]}
     rows: dict[str, Any] = {name: tuple(column[::-1].tolist()) for name, column in columns.items()}
     low_free, high_free = patch.free_ends
     low, high = patch.limits
-    geometry = CurvedPatch(**rows, lower_radius_x=math.inf, upper_radius_x=patch.facing.wheel.radius,
+    roller = patch.facing.rail.roller
+    geometry = CurvedPatch(**rows, lower_radius_x=roller.radius if roller else math.inf,
+                           upper_radius_x=patch.facing.wheel.radius,
                            free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)))
     moving = replace(contact.motion, speed=slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
     return replace(contact, geometry=geometry, normal_force=bearing.load, motion=moving, friction=friction_of(contact, bearing))
@@ -122,8 +124,9 @@ class SolvedPatch:
     @property
     def local(self) -> tuple[float, float, float]:
         """Components of the force along the track, across and into the rail at the patch."""
-        across, normal = (np.array(e) for e in directions(self.angle)[1:])
-        return self.force[0], float(across @ np.array(self.force)), float(normal @ np.array(self.force))
+        force = self.bearing.patch.position.turn.T @ np.array(self.force)
+        along, across, normal = (float(direction @ force) for direction in directions(self.angle))
+        return along, across, normal
 
     @property
     def solved(self) -> Bearing:
@@ -160,7 +163,7 @@ class SolvedPatch:
         across, normal = ((self.error_of("contact_force_y_N"), self.error_of("contact_force_z_N")) if surface.curved else
                           (self.error_of("force_y_N"), 0.0))
         return passed_on([self.error_of("force_x_N"), across, normal, load],
-                         np.column_stack([*directions(surface.angle), self.force]))
+                         np.column_stack([*(surface.position.turn @ e for e in directions(surface.angle)), self.force]))
 
 
 def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, result: Result) -> SolvedPatch:
@@ -169,26 +172,24 @@ def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, res
     scalars, s = state.scalars, -state.y
     slip = slip_on(bearing, motion)
     area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
-    pressure, along, across = (np.asarray(state.fields[name]) * area for name in ("pressure", "shear_x", "shear_y"))
+    pressure, shear_x, shear_y = (np.asarray(state.fields[name]) * area for name in ("pressure", "shear_x", "shear_y"))
     load = float(pressure.sum())
     x_centre, s_centre = float(pressure.sum(axis=1) @ state.x) / load, float(pressure.sum(axis=0) @ s) / load
     at = np.array([s_centre])
     angle = float(patch.inclination(at)[0])
     centre = patch.places(at)[0] + np.array([patch.x - x_centre, 0.0, 0.0])
     _, e_across, e_normal = directions(patch.angle)
-    force = np.array([scalars["force_x_N"], 0.0, 0.0])
-    if patch.curved:
-        force = force + scalars["contact_force_y_N"] * e_across + scalars["contact_force_z_N"] * e_normal
-    else:
-        force = force + scalars["force_y_N"] * e_across + result.problem.normal_force * e_normal
+    across, normal = ((scalars["contact_force_y_N"], scalars["contact_force_z_N"]) if patch.curved else
+                      (scalars["force_y_N"], result.problem.normal_force))
+    force = patch.position.turn @ (np.array([scalars["force_x_N"], 0.0, 0.0]) + across * e_across + normal * e_normal)
     # Tractions act where the bodies touch, as the slip does.
     inclined = patch.inclination(s)
-    on_wheel = -np.stack((along, across * np.cos(inclined), across * np.sin(inclined)), axis=-1)
+    on_wheel = -np.stack((shear_x, shear_y * np.cos(inclined), shear_y * np.sin(inclined)), axis=-1)
     points = np.broadcast_to(patch.wheel_points(s), on_wheel.shape).copy()
     points[..., 0] -= state.x[:, None]
-    arms = points - patch.facing.position.origin(patch.facing.wheel.radius)
+    arms = points - patch.position.origin(patch.facing.wheel.radius)
     moment = np.cross(arms, on_wheel).sum(axis=(0, 1))
-    axle = patch.facing.position.rotation[:, 1]
+    axle = patch.position.rotation[:, 1]
     local = (creepages(slip, patch.wheel_points(at)[0] - np.array([x_centre, 0.0, 0.0]), angle) if patch.curved
              else creepages(slip, np.array(slip.place), patch.angle))
     return SolvedPatch(side, bearing, result, tuple(centre.tolist()), angle, tuple(force.tolist()), float(axle @ moment),

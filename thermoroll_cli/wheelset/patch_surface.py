@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.curves import SMALLEST_STEP, STEP
 from thermoroll_cli.wheelset.kinematics import directions
+from thermoroll_cli.wheelset.placement import Position
 from thermoroll_cli.wheelset.search import Facing
 
 NEWTON_SWEEPS = 6
@@ -75,7 +76,8 @@ class PatchSurface:
     """A patch of a right wheel on a right rail, around an overlap over `low` ≤ y ≤ `high` (m) of both outlines; beyond `ridges`
     (m) its neighbours or nothing lie. The reference point is at `x`, `y`, `z` (m, track axes), where the rail's inclination is
     `angle` (rad). The reference surface is the mean of rail and locus if `curved`, else the plane of that point. x and s (m)
-    are coordinates on it: along the track, and arc length across from the point, to the field side."""
+    are coordinates on it from the point: along the track, and arc length across, to the field side. Points are in the axes of
+    the place, which is `x` ahead on the track or on the roller (`position`)."""
 
     facing: Facing
     low: float
@@ -90,7 +92,12 @@ class PatchSurface:
     @property
     def place(self) -> Array:
         """The reference point, (3,)."""
-        return np.array([self.x, self.y, self.z])
+        return np.array([0.0, self.y, self.z])
+
+    @cached_property
+    def position(self) -> Position:
+        """The position of the wheelset in the axes of the place."""
+        return replace(self.facing.position, ahead=self.x, roller=self.facing.rail.roller)
 
     @cached_property
     def _axes(self) -> tuple[Array, Array, Array]:
@@ -155,15 +162,21 @@ class PatchSurface:
         length, across, depth, angle = self._reference
         return np.interp(s, length, across), np.interp(s, length, depth), np.interp(s, length, angle)
 
-    def _along(self, surface: scipy.interpolate.CubicHermiteSpline, s: Array) -> Array:
+    def _along(self, surface: scipy.interpolate.CubicHermiteSpline, s: Array, x: Array | float = 0.0) -> Array:
         """Distance (m) from the reference surface along its normal to a surface in the axes of the place, nan beyond its
-        ends."""
+        ends: to a rail at x along the track, where a roller has fallen away."""
         across, depth, angle = self._base(s)
         sine, cosine = np.sin(angle), np.cos(angle)
-        t = np.zeros(np.shape(s))
+        roller, (origin, e_across, e_normal) = self.facing.rail.roller, self._axes
+        t = np.zeros(np.broadcast_shapes(np.shape(s), np.shape(x)))
+        fallen: Array | float = 0.0
         for _ in range(NEWTON_SWEEPS):
-            at = across - t * sine
-            change = (depth + t * cosine - surface(at)) / (cosine + sine * surface(at, 1))
+            at, down = across - t * sine, depth + t * cosine
+            if roller:
+                above = roller.radius - (origin[1] + e_across[1] * at + e_normal[1] * down)
+                fallen = x**2 / (above + np.hypot(x, above))
+            at = at - e_across[1] * fallen
+            change = (down - e_normal[1] * fallen - surface(at)) / (cosine + sine * surface(at, 1))
             t = t - change
             if np.abs(change).max() < CLOSE:
                 break
@@ -174,15 +187,14 @@ class PatchSurface:
         return np.asarray(self._along(self.rail, s) - self._along(self.wheel, s))
 
     def gap(self, x: Array, s: Array) -> Array:
-        """Distance (m) between wheel and rail along the reference surface's normal at the places x (…, m) along the track above
-        s (m,): negative where they overlap, nan beyond the ends of the rail. Beyond its own ends the wheel goes on with the
-        same radius, for a yawed edge crosses lines of rolling.
+        """Distance (m) between wheel and rail along the reference surface's normal at the places x (…, m) straight ahead of the
+        point above s (m,): negative where they overlap, nan beyond the ends of the rail. Beyond its own ends the wheel goes on
+        with the same radius, for a yawed edge crosses lines of rolling.
 
         Newton's method on |(X, Z)| − r(Y) in the axes of the wheelset."""
         base = self.places(s)
         angle = self.inclination(s)
-        position = self.facing.position
-        rotation, centre = position.rotation, position.origin(self.facing.wheel.radius)
+        rotation, centre = self.position.rotation, self.position.origin(self.facing.wheel.radius)
         q0 = (base - centre) @ rotation + x[..., None] * rotation[0]
         step = np.stack((-np.sin(angle), np.cos(angle)), axis=-1) @ rotation[1:]
         t = np.broadcast_to(np.nan_to_num(self._along(self.wheel, s)), x.shape)
@@ -195,10 +207,10 @@ class PatchSurface:
             t = t - change
             if np.abs(change).max() < CLOSE:
                 break
-        return np.asarray(self._along(self.rail, s) - t)
+        return np.asarray(self._along(self.rail, s, x if self.facing.rail.roller else 0.0) - t)
 
     def places(self, s: Array) -> Array:
-        """Points of the reference surface above s at x = 0 in track axes, (…, 3)."""
+        """Points of the reference surface above s at x = 0, (…, 3)."""
         origin, e_across, e_normal = self._axes
         across, depth, _ = self._base(s)
         y, z = (origin[k] + e_across[k] * across + e_normal[k] * depth for k in (0, 1))
@@ -268,15 +280,16 @@ class PatchSurface:
         across, _, angle = self._base(s)
         spline, index = self._wheel
         at = across - self._along(spline, s) * np.sin(angle)
-        return np.asarray(np.interp(at, spline.x, self.facing.locus[0][index]))
+        x, roller = np.interp(at, spline.x, self.facing.locus[0][index]) - self.x, self.facing.rail.roller
+        # An arc on the roller is as long as its radius there.
+        return np.asarray(x * (1.0 - self.places(s)[:, 2] / roller.radius) if roller else x)
 
     def wheel_points(self, s: Array) -> Array:
-        """Points (m, track axes) of the wheel above s at the x of the place, (n, 3), where it touches: it takes the shape of
+        """Points (m) of the wheel above s at the x of the place, (n, 3), where it touches: it takes the shape of
         the reference surface, a plane or the mean of both bodies, at the depth of its undeformed surface at the place."""
         depth = np.full(np.shape(s), float(self._along(self.wheel, np.zeros(1))[0]) if self.curved else self.overlap[0])
         angle = self.inclination(s)
-        points = self.places(s) + depth[:, None] * np.stack((0.0 * angle, -np.sin(angle), np.cos(angle)), axis=-1)
-        return np.asarray(points + np.array([self.x, 0.0, 0.0]))
+        return np.asarray(self.places(s) + depth[:, None] * np.stack((0.0 * angle, -np.sin(angle), np.cos(angle)), axis=-1))
 
     def lateral(self, s: Array) -> Array:
         """Distance (m) across from the place, along its tangent."""

@@ -16,7 +16,7 @@ from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide, loc
 @dataclass(frozen=True)
 class Facing:
     """A right wheel over a right rail, both as outlines over the same places y; the height of `position` counts. `other` is the
-    same wheel at another height, whose locus and outline only move."""
+    same wheel at another height, whose locus and outline only move on a straight rail."""
 
     rail: RailSide
     wheel: WheelSide
@@ -27,7 +27,7 @@ class Facing:
     def locus(self) -> Array:
         """Rows x, y, z, dy/ds, dz/ds as of `placement.locus`."""
         if self.other is None:
-            return locus(self.wheel, self.position)
+            return locus(self.wheel, self.position, self.rail.roller)
         lower = self.position.z - self.other.position.z
         return np.asarray(self.other.locus + lower * np.array([[0.0], [0.0], [1.0], [0.0], [0.0]]))
 
@@ -61,7 +61,8 @@ class Facing:
 
     def lowered(self, by: float) -> Facing:
         """The same wheel lower by this height (m)."""
-        return replace(self, position=replace(self.position, z=self.position.z + by), other=self.other or self)
+        other = None if self.rail.roller else self.other or self
+        return replace(self, position=replace(self.position, z=self.position.z + by), other=other)
 
     @property
     def clearance(self) -> float:
