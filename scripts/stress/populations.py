@@ -155,6 +155,8 @@ POPULATIONS = {
     "coverage over time": Population(courses.random_course, courses.covered, 40, 300.0),
     "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),
     "coverage of line contacts": Population(random_line, covered, 100, 60.0),
+    "coverage below line contacts": Population(
+        lambda seed: replace(random_line(seed), subsurface=SubsurfaceRequest()), covered, 40, 300.0),
     "coverage of coatings": Population(random_layers, covered, 40, 300.0),
     "coverage of bodies that relax": Population(random_relaxing, covered, 40, 300.0),
     "coverage of heat through coatings": Population(random_hot_layers, covered, 40, 300.0),

@@ -91,6 +91,24 @@ def test_commands_that_need_another_contact(command: str, code: int, words: str,
     assert done.returncode == code and words in done.stderr, done.stderr
 
 
+def test_stresses_and_strength_have_files_pictures_and_paths(case: Path, tmp_path: Path) -> None:
+    settings = [part for key in ("subsurface.layers=12", "strength.lower.shear_yield_MPa=300") for part in ("--set", key)]
+    done = call("run", case, "-o", tmp_path, "--json", *settings)
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert {"gears_subsurface_lower", "gears_strength_lower", "gears_shakedown_map"} <= {
+        Path(name).stem for name in record["files"]}
+    assert record["shakedown_factor_lower"] > 1.0 and record["von_mises_max_lower_MPa"] > 100.0
+    file = tmp_path / "gears.h5"
+    stored = read_result(file).bodies["lower"]
+    assert stored.plane["von_mises"].shape == (12, 32) and stored.strength["shakedown_k"].shape == (12,)
+    assert call("compare", file, file).returncode == 0
+    assert call("export", file, "--format", "csv", "--stress-path", "0,0.02", "-o", tmp_path).returncode == 0
+    with (tmp_path / "gears_stress_path.csv").open() as path:
+        rows = list(csv.DictReader(path))
+    assert len(rows) > 32 and min(float(row["lower_stress_zz_MPa"]) for row in rows) < -100.0
+
+
 def test_show_and_sweeps(case: Path, tmp_path: Path) -> None:
     shown = json.loads(call("show", case, "--json").stdout)
     assert shown["grid"] == [32] and shown["hertz_p0_MPa"] == pytest.approx(273.97, rel=1e-4)
@@ -126,9 +144,10 @@ def test_everything_the_template_offers_in_comments_works() -> None:
     offered = re.sub(r"^# (\w+ = |\[)", r"\1", template_text("line-contact"), flags=re.MULTILINE)
     offered = offered.replace("[material]\n", "[material.lower]\n")
     offered = re.sub(r"^(longitudinal|lateral|partition) = [\d.]+\n", "", offered, flags=re.MULTILINE)
-    problem = Case.parse(offered.replace("yield_MPa", "# yield_MPa")).problem
+    problem = Case.parse(offered.replace("\nyield_MPa", "\n# yield_MPa")).problem
     assert problem.line and problem.friction.law is not None and problem.lower != problem.upper
     assert problem.heating.conducts and problem.interlayer.compliance > 0.0
+    assert problem.subsurface is not None and problem.subsurface.upper_strength is not None and problem.wear is not None
     assert problem.motion.force_x == 500.0 and problem.motion.force_y == 0.0
 
 

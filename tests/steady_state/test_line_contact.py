@@ -18,7 +18,17 @@ from thermoroll_cli.halfspace.thermal import displacement_table, temperature_slo
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import (
+    Heating,
+    Material,
+    Motion,
+    Numerics,
+    Problem,
+    Strength,
+    SubsurfaceRequest,
+    Wear,
+    WornBody,
+)
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -225,6 +235,57 @@ def test_expansion_acts_back_on_the_pressure() -> None:
     assert strong["gamma_p"] > 1.15 and strong["gamma_c"] < 0.95
     finer = solve(replace(problem, lower=hot, upper=hot, numerics=Numerics((512, 1))))
     assert abs(strong["gamma_p"] - finer["gamma_p"]) <= strong.uncertainty["gamma_p"]
+
+
+def mcewen(x: np.ndarray, z: np.ndarray, half: float) -> np.ndarray:
+    """σ_xx, σ_zz, |σ_xz| over p₀ below a cylinder (McEwen; Johnson, Contact Mechanics, Eqs. 4.49)."""
+    root = np.sqrt((half**2 - x**2 + z**2) ** 2 + 4.0 * x**2 * z**2)
+    m2, n2 = 0.5 * (root + half**2 - x**2 + z**2), 0.5 * (root - half**2 + x**2 - z**2)
+    m, n = np.sqrt(m2), np.sqrt(np.maximum(n2, 0.0))
+    share = (z**2 + n2) / (m2 + n2)
+    return np.stack([2.0 * z - m * (1.0 + share), -m * (1.0 - share), n * np.abs(m2 - z**2) / (m2 + n2)]) / half
+
+
+def test_stresses_below_the_surface_are_those_of_mcewen() -> None:
+    problem = replace(at_share(0.0), subsurface=SubsurfaceRequest(("lower",), fields="full"))
+    result, contact = solve(problem), exact(problem)
+    stresses = result.bodies["lower"]
+    assert result.converged and not stresses.fields and stresses.plane["stress_xx"].shape == (len(stresses.depths), 128)
+    below = stresses.depths > 0.1 * contact.half_width
+    wanted = mcewen(result.x[None, :], stresses.depths[below, None], contact.half_width)
+    for name, values in zip(("stress_xx", "stress_zz", "stress_xz"), wanted, strict=True):
+        found = stresses.plane[name][below] / contact.peak_pressure
+        assert np.abs((np.abs(found) if name == "stress_xz" else found) - values).max() < 1e-4
+    plane_strain = 0.28 * (stresses.plane["stress_xx"] + stresses.plane["stress_zz"])
+    np.testing.assert_allclose(stresses.plane["stress_yy"], plane_strain, atol=1e-6 * contact.peak_pressure)
+    # Johnson, 4.2: the largest shear stress is 0.30 p₀, 0.78 a deep.
+    assert result["tresca_shear_max_lower_MPa"] == pytest.approx(0.30028 * result["hertz_p0_MPa"], rel=1e-4)
+    assert result["tresca_shear_depth_lower_mm"] == pytest.approx(0.786 * result["hertz_a_mm"], rel=2e-3)
+    assert "von_mises_y_lower_mm" not in result.numbers
+
+
+def test_shear_and_heat_below_the_surface() -> None:
+    """At the surface σ_xz is the traction; lateral tractions make anti-plane shear alone; heat compresses the surface."""
+    request = SubsurfaceRequest(("lower",), lower_strength=Strength(4e8, 0.3))
+    across = solve(replace(at_share(0.5, across=True), subsurface=request))
+    plane = across.bodies["lower"].plane
+    shear = np.abs(across.fields["shear_y"])
+    np.testing.assert_allclose(np.abs(plane["stress_yz"][0]), shear, atol=0.01 * shear.max())
+    assert not across.fields["shear_x"].any() and across.bodies["lower"].strength["dang_van"].ndim == 1
+    motion, heating = Motion(3.0, 0.2, 0.0), Heating(True, False, "rolling", 0.5)
+    tooth = replace(cylinders(64, TOOTH, TOOTH, motion=motion, load=2e5, radii=(0.01, 0.015), friction=Friction(0.06)),
+                    heating=heating, subsurface=request, wear=Wear(WornBody(1e-15), WornBody()))
+    hot = solve(tooth)
+    inside, rise = hot.bodies["lower"].plane, hot.fields["temperature_rise_lower"]
+    cold = solve(replace(tooth, heating=MECHANICAL)).bodies["lower"].plane
+    np.testing.assert_allclose(inside["temperature_rise"][0], rise, atol=1e-5 * rise.max())
+    # Fast material: the hot skin is held by the cold body below it.
+    thermal = (inside["stress_yy"] - cold["stress_yy"])[0]
+    expected = -TOOTH.youngs_modulus * (TOOTH.expansion or 0.0) / (1.0 - TOOTH.poisson_ratio) * rise
+    assert np.abs(thermal - expected).max() < 0.2 * np.abs(expected).max()
+    # Archard: κ ∫ p |s|/V dx, here κ times the load times the creepage.
+    assert hot["wear_depth_max_lower_nm"] == pytest.approx(1e9 * 1e-15 * 2e5 * 0.2, rel=1e-4)
+    assert hot["wear_rate_lower_mm2_m"] == pytest.approx(1e6 * 1e-15 * 2e5 * 0.2, rel=1e-4)
 
 
 def test_areas_are_per_length() -> None:

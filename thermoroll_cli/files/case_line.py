@@ -11,7 +11,7 @@ from thermoroll_cli.problem.problem import BODIES
 
 LOAD = "load.normal_N_mm"
 REFUSED = ("history", "geometry.conformal", "geometry.lower_profile", "geometry.upper_profile", "creepage.spin_rad_mm",
-           "thermal.lower", "thermal.upper", "subsurface", "strength", "wear")  # fmt: skip
+           "thermal.lower", "thermal.upper", "wear.distance_km", "wear.depth_um")  # fmt: skip
 """Tables and keys that are not computed for line contacts."""
 
 

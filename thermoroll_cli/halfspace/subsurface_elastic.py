@@ -15,6 +15,13 @@ at depth z ≥ 0 (into the body), x and y are its offsets from an element corner
 and the others by x ↔ y. These are the integrals of Boussinesq's and Cerruti's point loads over the element (Johnson, Contact
 Mechanics, Sec. 3.2, 3.6). The stresses of a surface element are logarithmic on its edges; centres of elements do not lie there.
 Signs: tension positive, σ_zz = −p and σ_xz = −t_x at the surface.
+
+An element with dy/dx = inf is a strip without ends, of a line contact, in plane strain and anti-plane shear (Flamant; Johnson,
+Sec. 2.5). Its stresses are 1/π times the differences between both edges, with φ = atan(x/z) and ρ² = x² + z², of
+
+    pressure:  σ_xx = xz/ρ² − φ         σ_zz = −xz/ρ² − φ       σ_xz = z²/ρ²
+    t_x:       σ_xx = −ln ρ² − z²/ρ²    σ_zz = z²/ρ²            σ_xz = xz/ρ² − φ        σ_yy = ν(σ_xx + σ_zz)
+    t_y:       σ_xy = −½ ln ρ²          σ_yz = −φ.
 """
 
 from __future__ import annotations
@@ -23,6 +30,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -35,20 +43,40 @@ EXCHANGED_AXES = (1, 0, 2, 3, 5, 4)
 def pressure_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """Stresses at depth `z` under an element that carries unit pressure, at the grid of offsets x × y from its centre.
 
-    Lengths are in dx, `aspect` is dy/dx. Returns (6, len(x), len(y)), stresses xx yy zz xy xz yz. Raises
-    ValueError for a depth that is not finite and ≥ 0 or an aspect that is not finite and positive.
+    Lengths are in dx, `aspect` is dy/dx; with inf y is one line. Returns (6, len(x), len(y)), stresses xx yy zz xy xz yz.
+    Raises ValueError for a depth that is not finite and ≥ 0 or an aspect that is not positive.
     """
+    if math.isinf(aspect):
+        return _below_strip(x, z, poisson_ratio, "pressure")
     return between_corners(x, y, z, aspect, lambda corner: corner.of_pressure(poisson_ratio))
 
 
 def traction_x_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """Stresses at depth `z` under unit traction along x on the body; arguments, result and errors as `pressure_stress`."""
+    if math.isinf(aspect):
+        return _below_strip(x, z, poisson_ratio, "along")
     return between_corners(x, y, z, aspect, lambda corner: corner.of_traction(poisson_ratio))
 
 
 def traction_y_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """Stresses at depth `z` under unit traction along y on the body; arguments, result and errors as `pressure_stress`."""
+    if math.isinf(aspect):
+        return _below_strip(x, z, poisson_ratio, "across")
     return between_corners(x, y, z, aspect, lambda corner: corner.twisted.of_traction(poisson_ratio)[list(EXCHANGED_AXES)])
+
+
+def _below_strip(x: Array, z: float, poisson_ratio: float, load: Literal["pressure", "along", "across"]) -> Array:
+    """Stresses (6, len(x), 1) at depth `z` below a strip with a unit `load`."""
+    _check_depth(z)
+    edges = np.stack([x - 0.5, x + 0.5])
+    square = edges**2 + z**2
+    angle, lever, depth, log, zero = (np.diff(part, axis=0)[0] / math.pi for part in (
+        np.arctan2(edges, z), edges * z / square, z**2 / square, np.log(square), np.zeros_like(edges)))
+    xx, zz, xy, xz, yz = {
+        "pressure": (lever - angle, -lever - angle, zero, depth, zero),
+        "along": (-log - depth, depth, zero, lever - angle, zero),
+        "across": (zero, zero, -0.5 * log, zero, -angle)}[load]
+    return np.stack([xx, poisson_ratio * (xx + zz), zz, xy, xz, yz])[:, :, None]
 
 
 @dataclass(frozen=True)
@@ -115,8 +143,7 @@ class Corner:
 
 def between_corners(x: Array, y: Array, z: float, aspect: float, primitive: Callable[[Corner], Array]) -> Array:
     """1/2π times the differences of `primitive` (6, …) between the corners of the element, at the grid of offsets x × y."""
-    if not (math.isfinite(z) and z >= 0.0):
-        raise ValueError(f"the depth must be finite and not negative, not {z}")
+    _check_depth(z)
     if not (math.isfinite(aspect) and aspect > 0.0):
         raise ValueError(f"the aspect dy/dx must be positive and finite, not {aspect}")
     x_edges, left, right = _edges(x, 1.0)
@@ -124,6 +151,11 @@ def between_corners(x: Array, y: Array, z: float, aspect: float, primitive: Call
     at_corner = primitive(Corner(x_edges[:, None], y_edges[None, :], z))
     along = at_corner[:, right] - at_corner[:, left]
     return np.asarray((along[:, :, high] - along[:, :, low]) / (2.0 * math.pi))
+
+
+def _check_depth(z: float) -> None:
+    if not (math.isfinite(z) and z >= 0.0):
+        raise ValueError(f"the depth must be finite and not negative, not {z}")
 
 
 def _edges(centres: Array, length: float) -> tuple[Array, slice | Array, slice | Array]:

@@ -32,7 +32,7 @@ from scipy.special import erf, erfc
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.subsurface_elastic import EXCHANGED_AXES, Corner, between_corners
-from thermoroll_cli.halfspace.thermal import STATIONARY_PECLET, extent, temperature_at_depths
+from thermoroll_cli.halfspace.thermal import STATIONARY_PECLET, check_moving, extent, temperature_at_depths
 
 GAUSSIAN_CUTOFF = 5.4
 """Gaussians are cut off where their argument reaches this: exp(−5.4²) = 2e-13."""
@@ -123,7 +123,10 @@ def thermal_stress(
     """
     _check(depths, peclet_x, peclet_y)
     if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
+        check_moving(aspect)
         return np.stack([stationary_stress(x, y, float(z), aspect, poisson_ratio) for z in depths])
+    if math.isinf(aspect):
+        peclet_y = 0.0  # a strip looks alike from everywhere along it
     if abs(peclet_y) > abs(peclet_x):
         # The inner rule follows the motion along x: exchange the axes, in units of dy.
         turned = thermal_stress(y / aspect, x / aspect, depths / aspect, 1.0 / aspect, peclet_y * aspect, peclet_x * aspect,
@@ -275,7 +278,9 @@ class _Superposition:
 
 def _cell(centres: Array, length: float, u: float) -> Array:
     """A Gaussian of variance 2u integrated over the element, and its first two derivatives: (3, …) as `centres`, whose last
-    axis ascends in steps of `length`."""
+    axis ascends in steps of `length`; of a strip, which has no end, 1 and 0."""
+    if math.isinf(length):
+        return np.stack([np.ones_like(centres), np.zeros_like(centres), np.zeros_like(centres)])
     edges = np.concatenate([centres - 0.5 * length, centres[..., -1:] + 0.5 * length], axis=-1)
     width = 2.0 * math.sqrt(u)
     scaled = edges / width

@@ -88,7 +88,7 @@ def temperature_at_depths(x: Array, y: Array, depths: Array, aspect: float, pecl
 
     The integrand of T over time gains the factor exp(−z²/4τ²)."""
     if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
-        _check_moving(aspect)
+        check_moving(aspect)
         return np.stack([stationary_temperature(x, y, aspect, float(z)) for z in depths])
     return 2.0 / math.sqrt(math.pi) * time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
 
@@ -125,7 +125,7 @@ def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_
 def _strip_displacement(x: Array, peclet: float) -> Array:
     """U of a strip at the offsets x (n,), (n, 1), up to a constant: ∫ e^{−z} I₀(z) dz = z e^{−z} (I₀ + I₁)."""
     if abs(peclet) * float(np.abs(x).max()) < STATIONARY_PECLET:
-        _check_moving(math.inf)
+        check_moving(math.inf)
 
     def integral(upstream: Array) -> Array:
         """∫ u dx from the source to a place so far upstream."""
@@ -136,7 +136,7 @@ def _strip_displacement(x: Array, peclet: float) -> Array:
     return np.asarray(integral(upstream + 0.5) - integral(upstream - 0.5))[:, None]
 
 
-def _check_moving(aspect: float) -> None:
+def check_moving(aspect: float) -> None:
     """Raises ValueError for a strip on material at rest."""
     if math.isinf(aspect):
         raise ValueError("material at rest has no steady temperature below a source without ends")
@@ -318,7 +318,7 @@ def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, pe
     Arguments, shape (2nx−1, 2ny−1) and errors raised are those of `temperature_table`."""
     x, y = offsets(nx, ny, aspect, peclet_x, peclet_y)
     if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
-        _check_moving(aspect)
+        check_moving(aspect)
         table = _stationary_slope(x, y, aspect)
     else:
         integral = time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=np.zeros(1), along=cell_moment)

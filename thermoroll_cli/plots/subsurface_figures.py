@@ -83,7 +83,8 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
                 axes.axhline(depth * x.factor, color=colour, linewidth=0.7, label="interfaces")
         for axes in grid[-1]:
             axes.set_ylim(min(2.0 * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, f"{body} body, {frame.place_words(y)}")
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged,
+                       ", ".join(filter(None, (f"{body} body", frame.place_words(y)))))
     style.add_legend(figure, [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]])
     return figure
 
@@ -137,7 +138,8 @@ def strength_figure(frame: RunFrame, body: str) -> Figure | None:
     stresses = frame.result.bodies.get(body)
     if stresses is None or not stresses.strength:
         return None
-    kept, (_, across) = stresses.strength, frame.lengths
+    kept, (along, across) = stresses.strength, frame.lengths
+    across = replace(along, words="y") if frame.line else across
     z = stresses.depths * across.factor
     figure = style.new_figure(style.DOUBLE, 72.0 * style.MM)
     needed, fatigue = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
@@ -159,13 +161,17 @@ def strength_figure(frame: RunFrame, body: str) -> Figure | None:
     needed.set_xlim(0.0, right)
     style.few_ticks(needed, 5, 5, grid=True)
     stress = kept["dang_van"] * 1e-6
-    image = fatigue.contourf(frame.last.state.y * across.factor, z, stress, levels=LEVELS, cmap="viridis")
-    fatigue.set(xlabel=across.label, ylabel=across.label.replace("y", "z"), ylim=(z[-1], 0.0))
-    style.few_ticks(fatigue, 5, 5)
+    fatigue.set(ylabel=across.label.replace("y", "z"), ylim=(z[-1], 0.0))
+    if frame.line:
+        fatigue.plot(stress, z, color=style.AFTER)
+        fatigue.set_xlabel("Dang Van's stress (MPa)")
+    else:
+        image = fatigue.contourf(frame.last.state.y * across.factor, z, stress, levels=LEVELS, cmap="viridis")
+        fatigue.set_xlabel(across.label)
+        style.few_ticks(figure.colorbar(image, ax=fatigue, label="Dang Van's stress (MPa)", pad=0.02).ax, y=6)
+    style.few_ticks(fatigue, 5, 5, grid=frame.line)
     for axes, face in itertools.product((needed, fatigue), material.interfaces):
         axes.axhline(face * across.factor, color="0.3" if axes is needed else "white", linewidth=0.7)
-    bar = figure.colorbar(image, ax=fatigue, label="Dang Van's stress (MPa)", pad=0.02)
-    style.few_ticks(bar.ax, y=6)
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, f"{body} body")
     style.add_legend(figure, needed.get_legend_handles_labels()[0])
     return figure
@@ -184,7 +190,7 @@ def shakedown_map_figure(frame: RunFrame) -> Figure | None:
     fields = frame.result.coupled.fields
     utilised = float(np.hypot(fields["shear_x"], fields["shear_y"]).sum() / fields["pressure"].sum())
     known = frame.result.of_problem
-    longer = known["hertz_a_mm"] / known["hertz_b_mm"]
+    longer = known["hertz_a_mm"] / known.get("hertz_b_mm", math.inf)
     figure = style.new_figure(1.3 * style.SINGLE, 85.0 * style.MM)
     axes = figure.subplots()
     if not (longer < 0.5 or longer > 2.0):

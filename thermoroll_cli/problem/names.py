@@ -491,7 +491,7 @@ ACROSS = ("approach_um", "spin_moment_Nmm", "contact_y_mm", "spin_moment_at_cont
           "thermal_crown_ratio", "hertz_b_mm", "kalker_C11", "kalker_C22", "kalker_C23",
           *(name.format(body) for body in BODIES for name in (
               "bulk_temperature_{}_K", "entry_temperature_max_{}_K", "flash_temperature_max_{}_K", "warm_up_time_{}_s",
-              "wear_area_{}_um2")))  # fmt: skip
+              "wear_area_{}_um2", "von_mises_y_{}_mm", "elastic_von_mises_y_{}_mm")))  # fmt: skip
 """Scalars that a line contact does not have: no approach, and nothing that varies across."""
 
 

@@ -81,7 +81,14 @@ def of_line(result: Result) -> Result:
 
     coupled = state(result.coupled)
     isothermal = coupled if result.isothermal is result.coupled else state(result.isothermal)
-    return replace(result, coupled=coupled, isothermal=isothermal, of_problem=per_length(result.of_problem),
+    below = result.subsurface
+    if below is not None:
+        # The only plane has all there is.
+        bodies = {body: replace(stresses, fields={}, strength={
+            name: values.reshape(len(stresses.depths)) for name, values in stresses.strength.items()})
+            for body, stresses in below.bodies.items()}
+        below = replace(below, bodies=bodies, scalars=per_length(below.scalars))
+    return replace(result, coupled=coupled, isothermal=isothermal, of_problem=per_length(result.of_problem), subsurface=below,
                    uncertainty=per_length(result.uncertainty))
 
 

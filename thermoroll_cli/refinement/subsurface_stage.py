@@ -82,7 +82,8 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     summary, derived, levels = result.summary(), plan.derived, refining_both(levels)
     hot, finest_grid = hot_bodies(request, derived, heated=plan.runs("heat")), levels[-1].here.grid
     depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
-    sizes = (min(finest_grid.dx, finest_grid.dy), max(finest_grid.dx, finest_grid.dy),
+    sides = (finest_grid.dx, finest_grid.dy)[: len(finest_grid.sides)]
+    sizes = (min(sides), max(sides),
              min(derived.scales.semi_axis_x, derived.scales.semi_axis_y))
     # The last level is reported, the others are for its estimates.
     grids = [_collect(level, request, depths, sizes, thermal=bool(hot), last=level is levels[-1]) for level in levels]

@@ -293,7 +293,7 @@ def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy
     scalars: dict[str, float] = {}
     for body in BODIES:
         depth = worn_per_passage(problem, getattr(problem.wear, body), fields, dx)
-        area = float(depth.sum()) * dy
+        area = float(depth.sum()) * (1.0 if math.isinf(dy) else dy)
         scalars |= {f"wear_area_{body}_um2": area * 1e12, f"wear_depth_max_{body}_nm": peak_value(depth[None]) * 1e9,
                   f"wear_rate_{body}_mm3_m": area * 1e9}
     return scalars

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -169,7 +170,7 @@ class Sharpened:
     def below(self, depth: float) -> Spectrum:
         """For stresses at this depth in m."""
         grid, plane = self._transforms.grid, self._transforms.plane
-        weights = averaging(depth / grid.dx), averaging(depth / grid.dy)
+        weights = averaging(depth / grid.dx), 0.0 if math.isinf(grid.dy) else averaging(depth / grid.dy)
         if weights != self._weights:
             along, across = self._weights = weights
             x, y = 2.0 * np.pi * np.arange(plane.px) / plane.px, 2.0 * np.pi * np.arange(plane.half) / plane.py
@@ -205,7 +206,7 @@ class ElasticStresses:
         if self._layered is not None:
             return element_stresses(self._layered, grid.shape, grid.dx, grid.dy, depth, traction=traction)
         aspect = grid.dy / grid.dx
-        at = np.arange(float(grid.nx)), np.arange(float(grid.ny)) * aspect, depth / grid.dx, aspect, self._poisson_ratio
+        at = np.arange(float(grid.nx)), _across(grid), depth / grid.dx, aspect, self._poisson_ratio
         return [pressure_stress(*at), *([traction_x_stress(*at), traction_y_stress(*at)] if traction else [])]
 
     def _sum(self, parts: list[tuple[tuple[Spectrum, Spectrum], Array, tuple[bool, bool]]]) -> Array:
@@ -236,7 +237,7 @@ class ThermalStresses:
     def at(self, depths: Array) -> Iterator[tuple[Array, Array]]:
         """Stresses (6, nx, columns) in Pa and temperature rise (nx, columns) in K at each of the ascending `depths` (m)."""
         grid = self._transforms.grid
-        lateral = self._load.speed[1] != 0.0
+        lateral = self._load.speed[1] != 0.0 and grid.ny > 1
         entries = 7 * 8 * (2 * grid.nx - 1) * (2 * grid.ny - 1 if lateral else grid.ny)
         together = max(1, TABLE_BYTES // entries)
         for start in range(0, len(depths), together):
@@ -245,7 +246,8 @@ class ThermalStresses:
     def _group(self, depths: Array, lateral: bool) -> Iterator[tuple[Array, Array]]:
         grid, load = self._transforms.grid, self._load
         aspect = grid.dy / grid.dx
-        x, y = np.arange(1.0 - grid.nx, grid.nx), aspect * np.arange(1.0 - grid.ny if lateral else 0.0, grid.ny)
+        x, y = np.arange(1.0 - grid.nx, grid.nx), _across(grid)
+        y = np.concatenate([-y[:0:-1], y]) if lateral else y
         peclet = [speed * grid.dx / load.diffusivity for speed in load.speed]
         z = depths / grid.dx
         stresses = thermal_stress(x, y, z, aspect, peclet[0], peclet[1], load.poisson_ratio)
@@ -268,6 +270,11 @@ class ThermalStresses:
                 fields[:2] -= load.thermal_modulus * (known - fields[6])
                 fields[6] = known
             yield fields[:6], fields[6]
+
+
+def _across(grid: Grid) -> Array:
+    """Offsets across, in dx, from the element at 0 on; a line contact has no other."""
+    return np.zeros(1) if grid.ny == 1 else np.arange(float(grid.ny)) * (grid.dy / grid.dx)
 
 
 def _both_sides(table: Array, odd: bool) -> Array:

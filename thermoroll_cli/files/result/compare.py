@@ -176,7 +176,7 @@ def _rows_below(a: Node, b: Node) -> Iterator[Pair]:
                 yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.nodes))
             continue
         left, right = a.nodes[body].arrays, b.nodes[body].arrays
-        axes = {name: left[name].values for name in "zxy"}
+        axes = {name: left[name].values for name in "zxy" if name in left}
         depths = _field_row(f"subsurface.{body}.depths", axes, left["z"], right.get("z"), float(axes["z"][-1]))
         yield depths
         if not depths.difference <= 1e-9:  # more than rounding

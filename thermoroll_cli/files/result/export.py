@@ -191,8 +191,9 @@ def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping
     """Every field of a body along x, (nx,); None beside the only plane that is kept."""
     if not 0.0 <= z <= stresses.depths[-1] * (1.0 + 1e-9):
         raise ValueError(f"the depth {z * 1e3:g} mm is outside 0 to {stresses.depths[-1] * 1e3:.4g} mm")
-    half = 0.5 * (result.y[1] - result.y[0])
-    if not result.y[0] - half <= y <= result.y[-1] + half:
+    line = not len(result.y)
+    half = math.inf if line else 0.5 * (result.y[1] - result.y[0])
+    if not line and not result.y[0] - half <= y <= result.y[-1] + half:
         raise ValueError(f"y = {y * 1e3:g} mm is outside {result.y[0] * 1e3:.4g} to {result.y[-1] * 1e3:.4g} mm")
     fields, on_plane = (stresses.fields, False) if STRESSES[0] in stresses.fields else (stresses.plane, True)
     if on_plane and abs(y - stresses.plane_y) > half * (1.0 + 1e-9):
@@ -211,18 +212,22 @@ def _outside(result: Result, body: str, y: float, z: float, *, thermal: bool) ->
     fields, problem, scalars = result.coupled.fields, result.problem, result.coupled.scalars
     flux, share = fields["heat_flux"], problem.heating.partition
     lower = share * flux if isinstance(share, float) and "heat_flux_lower" not in fields else fields["heat_flux_lower"]
-    load = body_load(problem, body, fields["pressure"], np.stack([fields["shear_x"], fields["shear_y"]]),
-                     (lower if body == "lower" else flux - lower) if thermal else None,
+    shape, heat = (len(result.x), max(len(result.y), 1)), lower if body == "lower" else flux - lower
+    load = body_load(problem, body, fields["pressure"].reshape(shape),
+                     np.stack([fields["shear_x"].reshape(shape), fields["shear_y"].reshape(shape)]),
+                     heat.reshape(shape) if thermal else None,
                      (scalars["creepage_longitudinal"], scalars["creepage_lateral"]))
     (nx, dx, middle), (ny, dy, centre) = (
-        (len(axis), float(np.ptp(axis)) / (len(axis) - 1), 0.5 * float(axis[0] + axis[-1])) for axis in (result.x, result.y))
+        (len(axis), float(np.ptp(axis)) / (len(axis) - 1), 0.5 * float(axis[0] + axis[-1])) if len(axis) else (1, math.inf, 0.0)
+        for axis in (result.x, result.y))
     places, stresses, rises, inside = [result.x], [], [], 1.0
     for times in FAR:
         part = Beyond.of(Grid(nx, ny, dx, dy, centre, middle), load, times, inside)
         here, depth = {body: (StressTransforms(part.grid, False), part.load)}, {body: np.array([z])}
         (_, _, elastic, heated), = stresses_by_depth(here, depth)
         both = np.concatenate([elastic, np.zeros((7, *elastic.shape[1:])) if heated is None else [*heated[0], heated[1]]])
-        at = _spline(result.y, np.moveaxis(both[:, part.outside], 2, 0))(y)
+        rows = np.moveaxis(both[:, part.outside], 2, 0)
+        at = _spline(result.y, rows)(y) if len(result.y) else rows[0]
         places.append(part.grid.x[part.outside])
         stresses.append(np.stack([at[:6], at[:6] + at[6:12]]))
         rises.append(at[12])
