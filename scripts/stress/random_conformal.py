@@ -28,6 +28,8 @@ COARSE = 2e-3
 """Difference of Hertz's contact from one that is found on a grid, besides the square of the angle."""
 FORCE, CANCELLED = 0.03, 0.1
 """Difference of forces over the force, or over this share of the friction limit where opposite slip makes the force small."""
+SAME_LOAD = 1e-4
+"""Difference of the load that is found for a vertical force."""
 
 
 def random_pair(seed: int) -> Problem:
@@ -51,7 +53,8 @@ def random_pair(seed: int) -> Problem:
 
 
 def agrees(problem: Problem) -> Outcome:
-    """Load, peak, approach and force on the plane and on the common surface, which differ by the square of the angle."""
+    """Load, peak, approach and force on the plane and on the common surface, which differ by the square of the angle; and the
+    load that is found for the vertical force of that."""
     outcomes: list[Outcome] = []
     results: list[Result] = []
     patch = conformal_patch(problem.geometry, compliance_shares(problem))  # type: ignore[arg-type]
@@ -65,6 +68,13 @@ def agrees(problem: Problem) -> Outcome:
         if not abs(curved[name] - plane[name]) <= (allowed + 2.0 * square) * scale:
             broken.append(f"{name}: {curved[name]:.6g} on the common surface, {plane[name]:.6g} on the plane, "
                           f"angle {math.sqrt(square):.3g}")
+    if any(patch.angle):
+        under = replace(problem, geometry=patch, vertical=curved["contact_force_z_N"])
+        outcomes.append(solved(under, lambda result: results.append(result) or ()))  # type: ignore[func-returns-value]
+        broken += outcomes[2].broken
+        load = results[2].coupled.scalars["normal_N"]
+        if not abs(load - problem.normal_force) <= SAME_LOAD * problem.normal_force:
+            broken.append(f"the vertical force of {problem.normal_force:.6g} N is that of {load:.6g} N")
     return replace(outcomes[1], broken=tuple(broken), converged=all(outcome.converged for outcome in outcomes))
 
 
