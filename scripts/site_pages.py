@@ -24,7 +24,7 @@ JOBS = {
     "Wheels and rails": {
         "wheel_rail": "traction", "wheel_rail_sliding": "track", "worn_rail": "profile", "two_point": "profile",
         "eurosprinter": "traction", "manchester": "section", "measured_wheelset": "section", "wheelset_wear": "section",
-        "vt_fra_roller_rig": "traction"},
+        "vt_fra_roller_rig": "traction", "corrugation": "traction"},
     "Bearings and coatings": {
         "angular_contact": "bearing", "ball_bearing": "summary", "ball_in_groove": "traction", "crowned_roller": "profile",
         "coated_ball": "subsurface_upper", "coated_ball_heat": "summary"},

@@ -176,6 +176,12 @@ def test_measured_profiles(place: Path) -> None:
         assert float(list(csv.DictReader(file))[-1]["distance_km"]) == 100.0
 
 
+def test_a_record_over_time(place: Path) -> None:
+    for block in blocks("record_over_time", "sh"):
+        run(smaller(block).replace("run cases", "run --no-plots cases"), place)
+    assert (place / "results" / "corrugation_history.gif").exists()
+
+
 def test_sweeps_and_tables(place: Path) -> None:
     for block in blocks("sweeps_and_tables", "sh"):
         run(smaller(block), place)
