@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import erfc, iv, ivp, kv, kvp
 
 from tests.support.scenes import reference
+from thermoroll_cli.heat import recirculation
 from thermoroll_cli.heat.frictional_heat import match
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.heat.recirculation import (
@@ -80,7 +81,7 @@ def test_rims_of_cylinders_and_bores_against_finite_elements(radius, bore):
 
 @pytest.mark.parametrize("biot", [1e-8, 1e-3, 1.0, 1e5])
 def test_robin_roots(biot):
-    z = robin_roots(9, biot)
+    z = robin_roots(np.arange(9.0), biot)
     even, odd = z[0::2], z[1::2]
     assert even * np.sin(even) == pytest.approx(biot * np.cos(even), abs=1e-10 * max(1.0, biot))
     assert -odd * np.cos(odd) == pytest.approx(biot * np.sin(odd), abs=1e-10 * max(1.0, biot))
@@ -95,13 +96,13 @@ def test_what_goes_in_goes_out_by_convection(convection):
     """Heat spread like each mode over the rim, and the steady temperature I₀(λr) φ(y) it makes: rim and ends give off as much,
     and their mean temperature is the heat times 1/(hA)."""
     roller = replace(DRIVE, convection=convection)
-    wave, norm = roller.modes(2e4)
+    wave, share, _ = roller.modes(2e4, 1e-3)
     y, weight = np.polynomial.legendre.leggauss(200)
     y, weight = 0.5 * roller.width * y, 0.5 * roller.width * weight
     for number in (0, 2, 8):
         lam = float(wave[number])
         shape = np.cos(lam * y)
-        assert weight @ shape**2 == pytest.approx(norm[number], rel=1e-10)
+        assert weight @ shape**2 == pytest.approx(1.0 / share[number], rel=1e-10)
         rho = float(surface_slope(lam * roller.radius))
         temperature = 1.0 / (roller.conductivity * lam * rho + convection)
         going_in = 2 * math.pi * roller.radius * float(weight @ shape)
@@ -120,6 +121,23 @@ def test_bulk_temperature_is_the_heat_times_the_resistance():
         assert cooled.bulk_temperature(flux) * DRIVE.convection * area == pytest.approx(passes * heat, rel=1e-12)
         resisting = Track(replace(DRIVE, passes=passes, convection=None, resistance=2.0), grid)
         assert resisting.bulk_temperature(flux) == pytest.approx(2.0 * passes * heat, rel=1e-12)
+
+
+@pytest.mark.parametrize("loss", [{"convection": 30.0}, {"convection": None, "resistance": 0.5}])
+def test_further_modes_of_wide_bodies_are_counted_together(loss, monkeypatch):
+    """As their sum one by one, and in no more memory for a body of any width."""
+    grid = Grid.over((4, 24), 1e-3, 2e-3, centre=0.4e-3)
+    together = Track(replace(DRIVE, width=12.0, **loss), grid)
+    widest = Track(replace(DRIVE, width=1e6, **loss), grid)
+    assert widest.roller.modes(1e5, 2e-3)[0].size < 4 * recirculation.EACH_MODE
+    monkeypatch.setattr(recirculation, "EACH_MODE", 10**7)
+    assert together.roller.modes(1e5, 2e-3)[0].size > 3e5
+    alone = Track(together.roller, grid)
+    np.testing.assert_allclose(together.temperature, alone.temperature, atol=2e-6 * alone.temperature.max())
+    crown = alone.bulge - alone.bulge.mean()
+    np.testing.assert_allclose(together.bulge - together.bulge.mean(), crown, atol=3e-6 * np.ptp(crown))
+    if "resistance" not in loss:
+        np.testing.assert_allclose(widest.temperature, alone.temperature, rtol=5e-6)
 
 
 def test_a_resistance_moves_the_mean_alone():

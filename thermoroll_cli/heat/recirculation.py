@@ -44,7 +44,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 from scipy.special import erfc, factorial, i0e, i1e, k0e, k1e, zeta
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.heat.heat_response import DividedHeat, ThermalResponse
 from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
@@ -126,6 +126,8 @@ FLAT_BODY_FROM = 100.0
 """λR and kλ/h above which the curvature and the cooling of the body no longer affect a wave."""
 FINEST_WAVE = 6.0 * math.pi
 """λ dy above which the elements do not resolve a wave."""
+EACH_MODE, PANEL, PANEL_POINTS = 4096, 0.25, 8
+"""Modes that are counted one by one, length of a panel of further ones over their number, and points in it."""
 ROOT_STEPS = 60
 """Newton steps at most, for all roots at once."""
 
@@ -184,12 +186,32 @@ class Roller:
         capacity = self.conductivity / self.diffusivity * math.pi * self.radius**2 * self.width
         return capacity * self.mean_resistance
 
-    def modes(self, highest: float) -> tuple[Array, Array]:
-        """Wavenumbers λ in 1/m up to `highest` (at least two), even and odd modes in turn, and ∫φ² dy of each in m."""
+    def modes(self, highest: float, reach: float) -> tuple[Array, Array, Mask]:
+        """Wavenumbers λ in 1/m up to `highest` (at least two), weights of the modes over ∫φ² dy in 1/m, and which are odd.
+
+        Of a wide body only the first `EACH_MODE` are counted one by one. Within `reach` (m) of the middle products of further
+        ones, and their gains, change smoothly with their number: a few stand for all of a panel, by Gauss's rule."""
         count = max(2, math.ceil(highest * self.width / math.pi) + 1)
-        wave = robin_roots(count, 0.5 * (self.convection or 0.0) * self.width / self.conductivity) * (2.0 / self.width)
-        sign = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
-        return wave, 0.5 * self.width * (1.0 + sign * np.sinc(wave * self.width / math.pi))
+        number = np.arange(min(count, EACH_MODE), dtype=float)
+        weight, odd = np.ones_like(number), number % 2 == 1
+        if count > EACH_MODE:
+            longest = self.width / (math.pi * reach)
+            ends = [float(EACH_MODE)]
+            while ends[-1] < count:
+                ends.append(ends[-1] + min(PANEL * ends[-1], longest))
+            half = 0.5 * np.diff(ends)[:, None]
+            nodes, shares = np.polynomial.legendre.leggauss(PANEL_POINTS)
+            panels = (np.array(ends[:-1])[:, None] + half * (1.0 + nodes)).ravel()
+            # Every second one is even: that at n stands for those from n − 1 to n + 1.
+            number = np.concatenate((number, panels - 1.0, panels))
+            weight = np.concatenate((weight, *(2 * [(0.5 * half * shares).ravel()])))
+            odd = np.concatenate((odd, np.repeat([False, True], panels.size)))
+        biot = 0.5 * (self.convection or 0.0) * self.width / self.conductivity
+        z = robin_roots(number, biot)
+        # ∫φ² = ½B (1 ± sin 2z/2z) with the tangent of the root; the mean of a body that does not cool is 1.
+        square = z**2 + biot**2
+        norm = 0.5 * self.width * (1.0 + np.divide(biot, square, out=np.ones_like(z), where=square > 0.0))
+        return z * (2.0 / self.width), weight / norm, odd
 
 
 class Track:
@@ -202,16 +224,16 @@ class Track:
         self.roller, self.grid = roller, grid
         highest = max(math.sqrt(SPREAD_EPSILON) / roller.spreading, FLAT_BODY_FROM / roller.radius,
                       FLAT_BODY_FROM * (roller.convection or 0.0) / roller.conductivity)
-        wave, norm = roller.modes(min(highest, FINEST_WAVE / grid.dy))
+        wave, share, odd = roller.modes(min(highest, FINEST_WAVE / grid.dy), float(np.abs(grid.y).max()))
         shape = np.empty((grid.ny, len(wave)))
-        # cos λy and sin λy in turn, real parts that turn by λ dy from one column to the next.
+        # cos λy and sin λy, real parts that turn by λ dy from one column to the next.
         phase, turn = np.exp(1j * grid.y[0] * wave), np.exp(1j * grid.dy * wave)
-        phase[1::2] *= -1j
+        phase[odd] *= -1j
         for column in shape:
             column[:] = phase.real
             phase *= turn
         # Elements carry uniform flux: integral of each mode over an element, and q̄ = dx Z/2πR of the sum over rows.
-        element = grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi)) / norm
+        element = grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi)) * share
         weight = element * (grid.dx * roller.passes / (2.0 * math.pi * roller.radius))
         self.temperature, self.bulge = (np.asarray((shape * (gain * weight)) @ shape.T) for gain in mode_gains(roller, wave))
 
@@ -250,20 +272,21 @@ def mode_gains(roller: Roller, wave: Array) -> tuple[Array, Array]:
             r.free_expansion * (bulging + 2.0 * period * r.diffusivity / k * bulge_sum(epsilon)))
 
 
-def robin_roots(count: int, biot: float) -> Array:
-    """z_j = jπ/2 + atan(Bi/z_j), j = 0 … count−1: z tan z = Bi for even j, −z cot z = Bi for odd j, by Newton's method.
+def robin_roots(number: Array, biot: float) -> Array:
+    """z = nπ/2 + atan(Bi/z) for each n ≥ 0 of `number`, which begins with 0: z tan z = Bi for even n, −z cot z = Bi for odd n,
+    by Newton's method.
 
-    The function z − jπ/2 − atan(Bi/z) grows and bends down, so that Newton's steps from below stay below the root."""
-    base = np.asarray(0.5 * math.pi * np.arange(count), dtype=np.float64)
+    The function z − nπ/2 − atan(Bi/z) grows and bends down, so that Newton's steps from below stay below the root."""
+    base = 0.5 * math.pi * number
+    if biot == 0.0:
+        return base
     z = base + np.arctan(biot / (base + 0.5 * math.pi))
     # tan z ≤ z/(1 − 4z²/π²) bounds the first one.
     z[0] = math.sqrt(biot / (1.0 + 4.0 * biot / math.pi**2))
-    if biot == 0.0:
-        return base
     for _ in range(ROOT_STEPS):
         step = (z - base - np.arctan(biot / z)) / (1.0 + biot / (z**2 + biot**2))
         z -= step
-        if np.abs(step).max() <= 1e-15 * z[-1]:
+        if np.abs(step).max() <= 1e-15 * z.max():
             break
     return np.asarray(z)
 
