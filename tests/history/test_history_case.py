@@ -56,6 +56,19 @@ def test_columns_and_their_errors() -> None:
     assert history["force_x_over_friction_limit"][-1] == history["force_x_N"][-1] / history["friction_limit_N"][-1]
 
 
+def test_the_first_row_after_a_sudden_start_is_covered() -> None:
+    """Rolling from nothing at a creepage that is reached within a few steps: the first one is far from it."""
+    case = ball(history={"distance_mm": [0, 0.6 * 14], "begin": "pressed", "values": {"creepage.longitudinal": [0.012, 0.006]}})
+    found, fine = (solve({**case, "numerics": {"grid": grid}, "history": {**case["history"], "steps": steps}}).history
+                   for grid, steps in ((16, 6), (32, 36)))
+    assert found is not None and fine is not None and len(found["time_s"]) == 7
+    for name in ("force_x_N", "gamma_st", "Q_F_W"):
+        true = np.abs(np.array(found[name]) - np.array(fine[name])[::6])
+        assert (true <= np.array(found[f"uncertainty.{name}"])).all(), name
+    given = solve(ball(history={"values": {"force.longitudinal_N": [0.05, 0.1, 0.1]}}))
+    assert given.history is not None and "uncertainty.force_x_N" not in given.history
+
+
 def test_files_and_json(tmp_path: Path) -> None:
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball()).to_toml())
     done = thermoroll("run", "ball.toml", "-o", "out", "--json", cwd=tmp_path)

@@ -22,9 +22,9 @@ from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse
 from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
 
-FINEST_DRIFT, COARSEST_DRIFT = 1.0 / 512.0, 1.0 / 32.0
+FINEST_DRIFT, COARSEST_DRIFT = 1.0 / 2048.0, 1.0 / 128.0
 """Elements to which drifts up to one element, and of any length, are rounded, so that steps at creepages that hardly differ
-share their tables. Steady temperatures change by 2e-4."""
+share their tables. Steady temperatures change by 5e-5."""
 TABLES = 16
 """Tables of single steps that are kept: tents of neighbouring steps share them."""
 DIGITS = 9

@@ -107,10 +107,21 @@ class History:
         return self.problem
 
     @property
+    def still(self) -> bool:
+        """Whether nothing ever rolls."""
+        return SPEED not in self.course.values and self.problem.motion.speed == 0.0
+
+    @property
     def stops(self) -> tuple[float, ...]:
         """Places that no step may pass over: jumps, and where nothing rolls turns, since the path alone counts there."""
-        still = SPEED not in self.course.values and self.problem.motion.speed == 0.0
-        return (*self.course.jumps, *(self.course.turns if still else ()))
+        return (*self.course.jumps, *(self.course.turns if self.still else ()))
+
+    @property
+    def restarts(self) -> tuple[float, ...]:
+        """Places from which rolling goes on from one state alone, in a step of first order: jumps, and a start that is not
+        steady."""
+        first = () if self.course.begin == "steady" else self.course.places[:1]
+        return () if self.still else (*first, *self.course.jumps)
 
     def problem_at(self, place: float, *, after: bool = False) -> Problem:
         """The problem at one place of the course; at a jump the one before it, or `after` it."""

@@ -15,10 +15,10 @@ from thermoroll_cli.history.course import VARIED, History
 from thermoroll_cli.history.steps import Moment, Steps
 from thermoroll_cli.problem.columns import CONVERGED, Columns
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.names import PLACES, SCALARS, UNCERTAINTY, over_limit
+from thermoroll_cli.problem.names import PLACES, SCALARS, UNCERTAINTY, holds, over_limit
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
-from thermoroll_cli.refinement.error_estimates import missed_accuracy
+from thermoroll_cli.refinement.error_estimates import FLOOR, missed_accuracy
 from thermoroll_cli.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
@@ -117,21 +117,28 @@ class _Level:
     def result(self) -> Result:
         """The result up to now."""
         assert self._last is not None
-        return _result(self.history, self.rows, self._last, _errors(self.rows, self.coarser), self.warnings)
+        return _result(self.history, self.rows, self._last, _errors(self.history, self.rows, self.coarser), self.warnings)
 
 
 def _grids(history: History) -> Iterator[tuple[tuple[int, int], Array]]:
     """Grids from coarse to fine with the places of their steps: half the elements with every second row, what is asked for, and
-    where an accuracy is asked for twice the elements and the steps again and again."""
-    rows, numerics = history.course.rows, history.problem.numerics
+    where an accuracy is asked for twice the elements and the steps again and again. Steps after a restart, of first order, are
+    halved, and compared with whole ones."""
+    rows, numerics, restarts = history.course.rows, history.problem.numerics, np.array(history.restarts)
+    restarts = restarts[restarts < rows[-1]]
+
+    def after(places: Array) -> Array:
+        return places[np.searchsorted(places, restarts, side="right")]
+
     nx, ny = numerics.grid or (FIRST, FIRST)
     if min(nx, ny) >= 2 * COARSEST:
-        yield ((nx + 1) // 2, (ny + 1) // 2), np.unique([*rows[::2], rows[-1]])
-    yield (nx, ny), rows
+        yield ((nx + 1) // 2, (ny + 1) // 2), np.unique([*rows[::2], *after(rows), rows[-1]])
+    yield (nx, ny), np.union1d(rows, 0.5 * (restarts + after(rows)))
     times = 2
     while numerics.grid is None and times * nx <= FINEST:
         between = np.arange((len(rows) - 1) * times + 1) / times
-        yield (times * nx, times * ny), np.interp(between, np.arange(len(rows)), rows)
+        places = np.interp(between, np.arange(len(rows)), rows)
+        yield (times * nx, times * ny), np.union1d(places, 0.5 * (restarts + after(places)))
         times *= 2
 
 
@@ -158,23 +165,26 @@ def _missed(result: Result, history: History) -> list[str]:
     return missed_accuracy(errors, largest, history.problem)
 
 
-def _errors(rows: Sequence[Row], coarser: Sequence[Row]) -> dict[str, Array]:
+def _errors(history: History, rows: Sequence[Row], coarser: Sequence[Row]) -> dict[str, Array]:
     """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at some of the same places. The
     difference counts whole, as for errors of first order, which jumps and kinks of inputs have. It changes its sign: an error
-    is no less than that of the rows beside it, and than the mean of all. Those of work and heat are no less than what is
-    missing between both and the stored energy."""
+    is no less than that of the rows beside it, and than the mean of all, beside the `FLOOR` of tolerances. Those of work and
+    heat are no less than what is missing between both and the stored energy."""
     found: dict[str, Array] = {}
+    problem, of_problem = history.problem_at(rows[-1].place), problem_scalars(DerivedQuantities(history.largest))
     columns = {name: np.array([row.scalars[name] for row in rows]) for name in rows[0].scalars}
+    largest = {**of_problem, **{name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}}
     places = np.array([row.place for row in rows])
     other = {row.place: row for row in coarser}
     both = [i for i, row in enumerate(rows) if row.place in other]
     for name, column in columns.items() if both else ():
         difference = np.abs(column[both] - np.array([other[rows[i].place].scalars[name] for i in both]))
         known = ~np.isnan(difference)
-        if known.any() and difference[known].any():
+        given = name in SCALARS and holds(SCALARS[name].given, problem)
+        if known.any() and difference[known].any() and not given:
             beside = maximum_filter1d(difference[known], 3)
             error = np.maximum(np.interp(places, places[both][known], beside), np.sqrt((difference[known] ** 2).mean()))
-            found[name] = np.where(np.isnan(column), math.nan, error)
+            found[name] = np.where(np.isnan(column), math.nan, error + FLOOR * error_scale(name, largest))
     energy = columns["elastic_energy_J"]
     missing = np.abs(columns["work_J"] - columns["heat_J"] - (energy - energy[0]))
     return found | {name: np.maximum(found.get(name, 0.0), np.maximum.accumulate(missing)) for name in ("work_J", "heat_J")}
