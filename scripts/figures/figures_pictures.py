@@ -5,8 +5,6 @@ from __future__ import annotations
 import pathlib
 from typing import Any
 
-import numpy as np
-
 from scripts.figures.figures_drawing import (
     ROOT,
     Numbers,
@@ -14,7 +12,7 @@ from scripts.figures.figures_drawing import (
     solve_case,
     write,
 )
-from thermoroll_cli import Case, Solver
+from thermoroll_cli import Case, solve
 from thermoroll_cli.plots.animation import draw_animation
 from thermoroll_cli.plots.pictures import figure
 
@@ -54,14 +52,14 @@ def examples(folder: pathlib.Path, grid: int) -> Numbers:
     return numbers
 
 
-def creep_animation(folder: Folder, grid: int) -> Numbers:
-    """The stick border that retreats along the creep curve while the temperature rises."""
-    case = Case.read(ROOT / "cases" / "article_4_1.toml").with_values({"numerics.grid": grid})
-    creepages = [float(creepage) for creepage in np.linspace(5e-4, 6e-3, 16)]
-    solver = Solver()
-    results = [solver.solve(case.with_values({"creepage.longitudinal": creepage})) for creepage in creepages]
-    draw_animation(folder / "creep.gif", results, "creepage.longitudinal", creepages)
-    return {"creepage": [creepages[0], creepages[-1]]}
+def rolling_start(folder: Folder, grid: int) -> Numbers:
+    """Rolling that starts: the stick border, creep force and temperature over the distance."""
+    case = Case.read(ROOT / "cases" / "rolling_start.toml")
+    history = solve(case.with_values({"numerics.grid": min(grid, 64)})).history
+    assert history is not None
+    places = [history["distance_mm"][row] for row in history.states]
+    draw_animation(folder / "rolling_start.gif", list(history.states.values()), "distance_mm", places)
+    return {name: rounded(max(history[name])) for name in ("force_x_N", "temperature_rise_max_lower_K")}
 
 
-FIGURES = {"creep_animation": creep_animation, "surfaces": pictures, "examples": examples}
+FIGURES = {"rolling_start": rolling_start, "surfaces": pictures, "examples": examples}
