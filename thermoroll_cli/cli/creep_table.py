@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -66,7 +67,8 @@ def build(
     with options.usage("--aspect, --nodes"):
         plan = TablePlan(Axes(ratios, *counts), poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
-    options.check_writable(output.resolve().parent)
+    place = Path(os.path.realpath(output)).parent  # which a link to itself has, too
+    options.check_writable(place)
     there = None
     if output.exists() and not journal_path(output).exists():
         try:
@@ -100,7 +102,7 @@ def build(
 
     record = {"file": output, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)}
     raise typer.Exit(deliver(
-        Ending(output.resolve().parent, as_json, quiet=quiet), output.name, output.stem, write=write, record=record,
+        Ending(place, as_json, quiet=quiet), output.name, output.stem, write=write, record=record,
         lines=lines, drawable=tuple,
         reason=f"{built.holes} points are holes of the table, filled from their neighbours" if built.holes else ""))
 

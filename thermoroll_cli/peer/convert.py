@@ -9,6 +9,7 @@ is the other way round. M_z always changes its sign, spin never. Wheelsets have 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -414,7 +415,7 @@ def _placed(case: DeckCase, sign: float, on_roller: bool) -> tuple[dict[str, flo
 
 def _outline(read: dict[str, Any], deck: Path) -> tuple[Content, float]:
     """The table of a profile's file, which stays where it is, and the least z of its points in mm."""
-    path = (deck.parent / read["NAME"].replace("\\", "/")).resolve()
+    path = Path(os.path.realpath(deck.parent / read["NAME"].replace("\\", "/")))  # also of a link to itself
     if not path.is_file():
         raise CaseError([Finding("there is no such file", key="profile", value=read["NAME"], source=str(deck),
                                  span=Span(read["LINE"], 1, 1), line_text=f"'{read['NAME']}'")])  # fmt: skip
