@@ -1,15 +1,20 @@
 """CONTACT's own suite (github.com/eve70a/CONTACT, folders `examples` and `testbank`) imported, solved and compared.
 
-    python -m scripts.peers PATH [--only WORD] [--grid N] [--write]
+    python -m scripts.peers PATH [--only WORD] [--grid N] [--contact PROGRAM] [--write]
 
 prints a row for each input file with an output beside it: its cases, how many can be written, and how many forces of these
 differ from CONTACT's, on the elements of its suite, by up to 0.2 %, 1 % and 3 % of the largest component; then the reasons of
-the cases that are left out. --write puts both tables into docs/verification.md."""
+the cases that are left out. With --contact instead the processor seconds of each file that is written as a whole, here and with
+CONTACT's PROGRAM. --write puts the tables into docs/verification.md."""
 
 from __future__ import annotations
 
 import argparse
+import resource
+import shutil
+import subprocess
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -75,11 +80,32 @@ def row_of(
     return [name, *map(str, counts), worst, ", ".join(unsolved)], counts
 
 
+def seconds_of(deck: Path, path: Path, program: Path, folder: Path) -> list[str]:
+    """File, cases, and the processor seconds of all of them here, from reading to results, and of `program` in a copy of `path`
+    in `folder`; nothing if a case is left out."""
+    begun = time.process_time()
+    cases = imported(deck)
+    if any(each.case is None for each in cases):
+        return []
+    for each in cases:
+        solved(each, {}, [], folder)
+    here = time.process_time() - begun
+    copy = folder / "copy"
+    shutil.copytree(path, copy)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    there = copy / deck.relative_to(path)
+    subprocess.run([program.resolve(), "2", there.stem], cwd=there.parent, check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    theirs = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return [deck.stem, str(len(cases)), f"{here:.2g}", f"{theirs:.2g}"]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("path", type=Path)
     parser.add_argument("--only", default="", help="only files whose name has this word")
     parser.add_argument("--grid", type=int, default=0, help="elements per side; as imported if left out")
+    parser.add_argument("--contact", type=Path, metavar="PROGRAM", help="CONTACT's executable: compare times")
     parser.add_argument("--write", action="store_true", help="write the tables into docs/verification.md")
     options = parser.parse_args()
     decks = sorted(
@@ -88,6 +114,16 @@ def main() -> None:
         for deck in options.path.rglob(ending)
         if output_beside(deck) and options.only in str(deck)
     )
+    if options.contact:
+        times = []
+        for deck in decks:
+            with tempfile.TemporaryDirectory() as folder:
+                times.append(seconds_of(deck, options.path, options.contact, Path(folder)))
+        table = {"header": ["file", "cases", "processor s", "CONTACT's"], "rows": [row for row in times if row]}
+        print(markdown(table))
+        if options.write:
+            fill(ROOT / "docs", {"peers": {"times": table}})
+        return
     overrides = [Override.parse(f"numerics.grid={options.grid}")] if options.grid else []
     left_out: Counter[str] = Counter()
     rows, sums = [], [0] * (3 + len(BOUNDS))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 
 from tests.support.wheelsets import ROOT
 from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli.files.result.outcome import read_result
+from thermoroll_cli.plots.wheelset_figures import section_figure
 from thermoroll_cli.problem.result import Result
 
 MANCHESTER: dict[str, Any] = {
@@ -117,6 +120,14 @@ def test_pressure_has_no_torque_about_the_roller(more: dict[str, float]) -> None
              for patch in result.patches]  # fmt: skip
     total = force(result)[0]
     assert abs(total) > 20.0 and total == pytest.approx(sum(ahead), rel=0.03)
+
+
+def test_files_and_pictures_know_the_roller(tmp_path: Path) -> None:
+    on_rollers({"roller_radius_mm": 500.0}, wheels="right", roll_mrad=0.0).save(tmp_path / "rig.h5")
+    found = read_result(tmp_path / "rig.h5")
+    assert found.lines["axle_right"][1] == pytest.approx(0.5)
+    legend = section_figure(found).legends[0]
+    assert "roller, radius 500 mm" in [text.get_text() for text in legend.get_texts()]
 
 
 @pytest.mark.parametrize(("track", "wheelset", "message"), [

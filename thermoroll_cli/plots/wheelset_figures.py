@@ -37,7 +37,8 @@ def section_figure(result: Result) -> Figure:
     peak = max((patch["pressure_max_MPa"] for patch in result.contacts), default=1.0)
     for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
         rail, wheel = (1e3 * result.lines[f"{body}_{side}"] for body in ("rail", "wheel"))
-        axes.plot(*rail, color=style.BEFORE, label="rail")
+        axle = result.lines.get(f"axle_{side}")
+        axes.plot(*rail, color=style.BEFORE, label="rail" if axle is None else f"roller, radius {1e3 * axle[1, 0]:.4g} mm")
         axes.plot(*wheel, color=style.AFTER, label="wheel")
         words = []
         for patch in (patch for patch in result.contacts if patch.record["side"] == side):

@@ -114,7 +114,7 @@ def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> I
 
 
 def _outlines(solved: SolvedWheelset) -> dict[str, Array]:
-    """Rails and wheels across the track."""
+    """Rails and wheels across the track, and the axles of rollers."""
     lines: dict[str, Array] = {}
     for side in solved.problem.sides:
         facing = solved.problem.facing(side, solved.standing.roll)
@@ -125,6 +125,9 @@ def _outlines(solved: SolvedWheelset) -> dict[str, Array]:
         locus = facing.locus[1:3]
         lines |= {f"rail_{side}": mirror * facing.rail.samples[:2],
                   f"wheel_{side}": mirror * np.where(np.isnan(locus), section[1:], locus)}
+        if roller := facing.rail.roller:
+            across = facing.rail.samples[0]
+            lines[f"axle_{side}"] = mirror * np.stack([across, np.full(len(across), roller.radius)])
     return lines
 
 
