@@ -231,7 +231,7 @@ def test_nothing_rolls() -> None:
     ("thermal", {"deformation": False, "peclet": "sliding"}, "thermal.peclet"),
     ("thermal", {"deformation": False, "lower": {"recirculate": True, "width_mm": 20, "convection_W_m2K": 9}}, "thermal.lower"),
     ("history", {"values": {"thermal.bulk_temperature_upper_K": [0, 1, 2]}}, "history.values"),
-    ("geometry", {"conformal": True}, "geometry.conformal"),
+    ("material", {"relaxation": [[0.5, 1.0]]}, "material.relaxation"),
 ])  # fmt: skip
 def test_what_is_refused(table: str, values: dict[str, Any], key: str) -> None:
     case = ball(**{table: values})
@@ -258,15 +258,35 @@ ROUND = [[y, -y * y / 340.0] for y in np.linspace(-8, 8, 17)]
 @pytest.mark.parametrize("tables", [
     {"geometry": {"upper_radius_y_mm": None, "upper_profile": {"points_mm": ROUND}}},
     {"layer": {"compliance_um_GPa": 2e5}},
+    {"geometry": {"lower_radius_y_mm": -190.0, "conformal": True}},
+    {"material": {"layers": [{"thickness_um": 1500, "youngs_modulus_GPa": 0.001, "poisson_ratio": 0.4}]}},
 ])  # fmt: skip
 def test_the_steady_state_stays(tables: dict[str, Any]) -> None:
-    """Of profiles and interlayers, and it is that of the case without a history."""
+    """Of profiles, interlayers, conformal and coated bodies, and it is that of the case without a history."""
     case = ball(**tables, history={"distance_mm": [0, 0.5, 7], "values": {"creepage.longitudinal": [0.002] * 3}})
     case["history"].pop("steps")
     history = solve(case).history
     steady = solve({**{name: table for name, table in case.items() if name != "history"}, "creepage": {"longitudinal": 0.002}})
     assert history is not None and np.ptp(history["force_x_N"]) < 1e-4 * history["force_x_N"][0]
     assert history["force_x_N"][0] == pytest.approx(steady["force_x_N"], abs=2.0 * history["uncertainty.force_x_N"][0])
+
+
+def test_a_shift_of_coated_and_of_conformal_bodies() -> None:
+    """A thick coating is its material, a thin one that below; a conformal contact that is hardly curved that of its radii."""
+    def shifted(**tables: dict[str, Any]) -> float:
+        case = ball(rolling={"speed_m_s": 0.0}, **tables)
+        case["history"] = {"time_s": [0, 1], "steps": 4,
+                           "values": {"shift.longitudinal_um": [0, 25], "shift.lateral_um": [0, 15]}}
+        return float(np.hypot(*(solve(case)[f"force_{axis}_N"] for axis in "xy")))
+
+    def coated(thickness: float) -> dict[str, Any]:
+        return {"layers": [{"thickness_um": thickness, "youngs_modulus_GPa": 0.001, "poisson_ratio": 0.28}]}
+
+    plain, soft = shifted(), shifted(material={"youngs_modulus_GPa": 0.001})
+    assert shifted(material=coated(1e5)) == pytest.approx(soft, rel=1e-2) and soft < 0.9 * plain
+    assert shifted(material=coated(2.0)) == pytest.approx(plain, rel=5e-3)
+    curved = {"lower_radius_y_mm": -1e4, "upper_radius_y_mm": 1.0 / (1.0 / 168.73 + 1e-4)}
+    assert shifted(geometry={**curved, "conformal": True}) == pytest.approx(plain, rel=5e-3)
 
 
 def still(tmp_path: Path, begin: str, shifts: dict[str, list[float]]) -> Case:

@@ -439,9 +439,16 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
 
 
 def _history(sections: Sections, history: HistoryTable) -> Iterator[Conflict]:
-    for path, message, allowed in (*history_faults(sections, history), *_homogeneous(sections, "is not computed over time")):
+    for path, message, allowed in history_faults(sections, history):
         yield Conflict(path, message, allowed, at_key=True)
-    if not heat_is_on(sections):
+    heated = heat_is_on(sections)
+    for path, material in _materials(sections):
+        if any(one.relaxation or one.relaxation_file for one in (material, *(material.layers or ()))):
+            yield Conflict((*path, "relaxation"), "is not computed over time", "elastic bodies", at_key=True)
+        if heated and material.layers:
+            yield Conflict((*path, "layers"), "have no heat over time", "heat = false in [thermal], or no coatings",
+                           at_key=True)
+    if not heated:
         return
     thermal = sections["thermal"] or model.ThermalTable()
     if thermal.peclet == "sliding":

@@ -19,8 +19,7 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 
 MOST_PLACES = 100000
-REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "thermal.lower", "thermal.upper",
-           "geometry.conformal")
+REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "thermal.lower", "thermal.upper")
 """Tables and keys that are not computed over time."""
 LARGEST = 1e15
 """Magnitude of any value."""
