@@ -249,6 +249,17 @@ def test_a_value_of_either_sign_says_so():
     assert [w for w in found.warnings if "sign of creepage.lateral" in w and "-0.003 fits as well" in w]
 
 
+def test_a_value_within_its_error_of_zero_says_so():
+    """Forces across that scatter about none determine a small interval about 0, and no creepage."""
+    case = {**CASE, "creepage": {"lateral": 1e-3}}
+    data = {"creepage.longitudinal": CREEPAGES, "force_y_N": [20.0, -30.0, 15.0]}
+    found = fit(case, data, ["creepage.lateral=-0.01:0.01"])
+    value = found.parameters["creepage.lateral"]
+    assert found.converged and abs(value.value) < value.uncertainty_95 < 1e-3
+    (note,) = (each for each in found.warnings if "do not tell creepage.lateral from 0" in each)
+    assert note.endswith(f"{value.value:.3g} ± {value.uncertainty_95:.2g}")
+
+
 def test_temperatures_determine_a_conductivity():
     steel = {"conductivity_W_mK": 45.0, "diffusivity_mm2_s": 12.3, "expansion_um_mK": 11.0}
     case = {**CASE, "material": CASE["material"] | steel, "creepage": {"longitudinal": 5e-3}, "thermal": {"deformation": False}}

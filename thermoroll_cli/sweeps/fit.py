@@ -519,6 +519,8 @@ def _undetermined(
         elif half[k] > one.widest:
             notes.append(f"the data do not determine {one.key}: its 95 % interval is wider than "
                          f"{'a factor of e to both sides' if one.logarithmic else 'its range'}")
+        elif not one.logarithmic and one.half_width(value, half[k]) >= abs(value):
+            notes.append(f"the data do not tell {one.key} from 0: {value:.3g} ± {one.half_width(value, half[k]):.2g}")
     for i, j in combinations(range(len(free)), 2):
         if abs(correlation[i, j]) > CORRELATED and not (lost[i] or lost[j]):
             notes.append(f"the data do not tell {free[i].key} from {free[j].key}: their correlation is "
