@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from tests.support.command_line import thermoroll
+from tests.support.command_line import call, thermoroll
 from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
@@ -92,6 +92,15 @@ def test_a_table_over_time_is_drawn_and_reported_as_that_of_a_sweep(tmp_path: Pa
     assert "over distance rolled, from 0 to 7 mm: 3 of 3 states converged" in page
     read = read_table(tmp_path / "ball_history.csv")
     assert read.of_history and read.label == ("distance_mm", "creepage.longitudinal") and "values" in read.case_text
+
+
+def test_a_picture_that_is_not_drawn_is_not_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("thermoroll_cli.sweeps.table_picture.MOST_DRAWN", 2)
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 2})).to_toml())
+    done = call("run", tmp_path / "ball.toml", "-o", tmp_path, "--plots", "summary")
+    assert done.returncode == 0 and "no picture: more than 2 points" in done.stdout, done.stderr
+    assert "ball_summary.png" in done.stdout and "ball_history.png" not in done.stdout
+    assert [path.name for path in tmp_path.glob("*.png")] == ["ball_summary.png"]
 
 
 def test_fields_of_some_rows_and_their_animation(tmp_path: Path) -> None:

@@ -18,6 +18,10 @@ FEW = 3
 """Pictures that are listed by name."""
 
 
+class NoPicture(Exception):
+    """Why something is not drawn."""
+
+
 class Ending(NamedTuple):
     """What a user asks of the ending of a command."""
 
@@ -29,11 +33,13 @@ class Ending(NamedTuple):
     report: bool = False
     quiet: bool = False
 
-    def drawn(self, stem: str, draw: Callable[[Path], Any]) -> list[Path]:
-        """One picture in the file types that are asked for, each of which `draw` writes."""
+    def drawn(self, stem: str, draw: Callable[[Path], Path | str]) -> list[Path]:
+        """One picture in the file types that are asked for, each of which `draw` writes. Raises NoPicture where it returns a
+        text that says why it does not."""
         targets = [self.folder / f"{stem}.{ending}" for ending in options.image_formats(self.formats)]
         for target in targets:
-            draw(target)
+            if isinstance(why_not := draw(target), str) and why_not:
+                raise NoPicture(why_not)
         return targets
 
 
@@ -45,16 +51,19 @@ def deliver(
 ) -> ExitCode:
     """End a command with what it has found for the case `name`, and return its exit code. Files of it begin with `stem`.
 
-    `write` writes its files, `draw` its pictures, `section` makes its page; `drawable` has the names of
-    all pictures that it may write, `stem` alone if not given. `record` is printed with `--json` (None: it has been), `lines`
-    without, and what was written `also` behind the files. What goes wrong as files are written does not keep it from printing.
+    `write` writes its files, `draw` its pictures (NoPicture says why there is one less), `section` makes its page; `drawable`
+    has the names of all pictures that it may write, `stem` alone if not given. `record` is printed with `--json` (None: it has
+    been), `lines` without, and what was written `also` behind the files. What goes wrong as files are written does not keep it
+    from printing.
     """
     code, files, pictures = ExitCode.NOT_CONVERGED if reason else ExitCode.FINE, list[Path](), list[Path]()
-    pages = list[Path]()
+    pages, missing = list[Path](), list[str]()
     try:
         files += write()
-        if draw is not None and to.plots != "none":
-            pictures += draw()
+        try:
+            pictures += draw() if draw is not None and to.plots != "none" else ()
+        except NoPicture as cause:
+            missing.append(f"  no picture: {cause}")
         if to.report and section is not None:
             from thermoroll_cli.cli import report as page
 
@@ -71,7 +80,7 @@ def deliver(
     elif not (to.as_json or to.quiet):
         width = streams.width()
         said = [line for warning in warnings for line in folded(f"warning: {warning}", width)]
-        streams.write(*lines(), *streams.in_colour(said, streams.YELLOW),
+        streams.write(*lines(), *missing, *streams.in_colour(said, streams.YELLOW),
                       *streams.in_colour(folded(reason, width) if reason else [], streams.RED))
         shown = [*map(str, (*files, *pages)), *map(str, pictures if len(pictures) <= FEW else ())]
         if len(pictures) > FEW:

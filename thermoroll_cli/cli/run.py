@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -128,20 +128,18 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
         write_result(target, result, options.command_line())
         return [target, *_write_history(result, to.folder, case.name)]
 
-    def draw() -> list[Path]:
+    def draw() -> Iterator[Path]:
         from thermoroll_cli.plots import pictures
 
-        curves = []
-        if result.history is not None:
-            from thermoroll_cli.sweeps.table_picture import draw_table
-
-            columns = result.history
-            curves = to.drawn(f"{case.name}_history", lambda path: draw_table(columns, path, dpi=to.dpi))
         kinds = pictures.kinds_of(result)
         if to.plots == "summary":
             kinds = ("summary",) if "summary" in kinds else kinds[:1]
-        return curves + pictures.draw(result, to.folder / case.name, kinds=kinds, formats=options.image_formats(to.formats),
-                                      dpi=to.dpi, normalised=normalised)
+        yield from pictures.draw(result, to.folder / case.name, kinds=kinds, formats=options.image_formats(to.formats),
+                                 dpi=to.dpi, normalised=normalised)
+        if (columns := result.history) is not None:
+            from thermoroll_cli.sweeps.table_picture import draw_table
+
+            yield from to.drawn(f"{case.name}_history", lambda path: draw_table(columns, path, dpi=to.dpi))
 
     def section() -> Section:
         from thermoroll_cli.cli import report as page
@@ -153,7 +151,7 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
     def drawable() -> list[str]:
         from thermoroll_cli.plots.pictures import kinds_of
 
-        return [f"{case.name}_{kind}" for kind in kinds_of(result)]
+        return [f"{case.name}_{kind}" for kind in (*kinds_of(result), *(("history",) if result.history is not None else ()))]
 
     def lines() -> list[str]:
         width, row = streams.width(), row_of(result.summary())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.deliver import Ending, NoPicture, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.tables import SHOWN_ROWS, sweep_table, warnings_by_kind
 from thermoroll_cli.exact.kalker import THEORIES
@@ -86,18 +86,15 @@ def sweep(
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
     to = Ending(output, as_json, options.plots_of(points.case(1), plots, no_plots), formats, dpi, report, quiet)
-    table, why_not = columns_of(rows, _title(points)), ""
+    table = columns_of(rows, _title(points))
 
     def draw() -> list[Path]:
         from thermoroll_cli.sweeps.table_picture import draw_table
 
-        nonlocal why_not
-        for ending in options.image_formats(formats):
-            try:
-                why_not = why_not or draw_table(table, output / f"sweep.{ending}", compare=theories, dpi=dpi, measured=measured)
-            except ValueError as cause:
-                why_not = str(cause)
-        return [] if why_not else [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
+        try:
+            return to.drawn("sweep", lambda path: draw_table(table, path, compare=theories, dpi=dpi, measured=measured))
+        except ValueError as cause:
+            raise NoPicture(cause) from None
 
     def section() -> Section:
         from thermoroll_cli.cli import report as page
@@ -108,8 +105,6 @@ def sweep(
         if len(rows) <= SHOWN_ROWS:
             yield from sweep_table(list(rows), points, streams.width())
         yield f"{len(rows) - failures} of {len(rows)} points converged"
-        if why_not:
-            yield f"  no picture: {why_not}"
 
     files = sum(row.file is not None for row in rows)
     raise typer.Exit(deliver(
