@@ -138,6 +138,41 @@ def test_thrust_the_other_way_is_the_mirror_image() -> None:
     assert one["torque_Nmm"] == pytest.approx(other["torque_Nmm"], rel=1e-3)
 
 
+def test_twice_the_balls_under_twice_the_thrust_and_other_lengths_of_the_same_bearing() -> None:
+    """Under thrust every ball is alike. Twice the lengths, four times the loads and half of the speed have the same strains,
+    angles, and creepages."""
+    content = {"bearing__balls": 3, "bearing__load__axial_N": 3000.0, "load__friction_coefficient": 0.1, "numerics__grid": 12}
+    one = solve(case(**content))
+    two = solve(case(**content | {"bearing__balls": 6, "bearing__load__axial_N": 6000.0}))
+    large = solve(case(**content | {"bearing__ball_diameter_mm": 44.45, "bearing__pitch_diameter_mm": 250.52,
+                                    "bearing__load__axial_N": 12000.0, "bearing__inner_rpm": 5e3}))
+    assert one.converged and two.converged and large.converged
+    assert two["torque_Nmm"] == pytest.approx(2.0 * one["torque_Nmm"], rel=1e-4)
+    assert large["torque_Nmm"] == pytest.approx(8.0 * one["torque_Nmm"], rel=1e-4)
+    for name in ("spin_to_roll", "contact_angle_deg", "ball_pitch_deg"):
+        values = [contact(each, "ball_2_inner").record[name] for each in (one, two, large)]
+        assert values == pytest.approx([values[0]] * 3, rel=1e-4), name
+
+
+@pytest.mark.slow
+def test_torques_from_heat_and_from_forces_agree_where_creepages_are_large() -> None:
+    """A slow bearing with wide contacts and dry friction: surfaces differ by 1.4 % in their speed."""
+    result = solve(case(
+        bearing__ball_diameter_mm=6.0, bearing__pitch_diameter_mm=41.6, bearing__balls=3, bearing__conformity_inner=0.5174,
+        bearing__contact_angle_deg=20.0, bearing__inner_rpm=20.0, bearing__load__axial_N=400.0, numerics__grid=48,
+        load__friction_coefficient=0.2))
+    assert result.converged, result.reason
+    assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=5e-4)
+
+
+def test_accuracy_is_that_of_the_whole() -> None:
+    content = case(bearing__balls=3, bearing__load__axial_N=3000.0, numerics__grid=None, numerics__accuracy=0.02,
+                   numerics__accuracy_of=["torque_Nmm"])
+    result = solve(content)
+    torque = result.uncertainty["torque_Nmm"] / result["torque_Nmm"]
+    assert result.converged == (torque <= 0.02), result.reason
+
+
 def test_a_deep_groove_bearing_has_free_balls() -> None:
     result = solve(case(bearing__contact_angle_deg=0.0, bearing__clearance_um=10.0, bearing__load__axial_N=None,
                         bearing__load__radial_N=6e3, bearing__inner_rpm=1e3, bearing__control="outer", numerics__grid=8))

@@ -141,6 +141,12 @@ class BearingProblem:
         geometry = self.geometry(ring, angle)
         return hertz_contact(geometry.curvature_x, geometry.curvature_y, self.contact.contact_modulus, load)
 
+    def saturation(self, ring: RingName, angle: float, load: float) -> Array:
+        """Creepages, and spin (rad/m), at which a contact of a load in N slides all over."""
+        hertz = self.hertz(ring, angle, load)
+        creepage = self.contact.friction.coefficient * hertz.semi_axis_x * hertz.curvature_x
+        return np.array([creepage, creepage, creepage / hertz.semi_axis_y])
+
     @cached_property
     def _approaches(self) -> tuple[Chebyshev, ...]:
         return tuple(Chebyshev.interpolate(
@@ -192,13 +198,18 @@ class BearingProblem:
 
     def contact_problem(self, contact: Problem, ring: RingName, angle: float, load: float, motion: Array) -> Problem:
         """`contact` with geometry, load (N) and creepages of a ball's contact with a ring."""
-        geometry = self.geometry(ring, angle)
-        shares = tuple(contact.contact_modulus / body.plane_strain_modulus for body in (contact.lower, contact.upper))
-        speed, slip, _ = self.slip(ring, angle, motion)
+        speed, slip, rolling = self.slip(ring, angle, motion)
+        geometry: Geometry | CurvedPatch = self.geometry(ring, angle)
+        if self.curved:
+            shares = [contact.contact_modulus / body.plane_strain_modulus for body in (contact.lower, contact.upper)]
+            patch = _curved(geometry, (shares[0], shares[1]))
+            # Shapes slip with the rolling velocity, which creepage makes another one than that of the mean speed.
+            ratio = abs(rolling) / (speed * geometry.curvature_x)
+            geometry = replace(patch, slip_x=tuple((ratio * np.array(patch.slip_x)).tolist()),
+                               spin=tuple((ratio * np.array(patch.spin)).tolist()))
         along, across, spin = (slip / speed).tolist()
         moving = Motion(speed, along, across, spin, differential_slip=contact.motion.differential_slip)
-        return replace(contact, geometry=_curved(geometry, (shares[0], shares[1])) if self.curved else geometry,
-                       normal_force=load, motion=moving)
+        return replace(contact, geometry=geometry, normal_force=load, motion=moving)
 
 
 @lru_cache(maxsize=256)

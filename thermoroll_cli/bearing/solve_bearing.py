@@ -40,10 +40,8 @@ DIFFERENCE = 0.04
 """Change of a creepage by which slopes are found, over that at which a contact slides."""
 ROUGH_GRID = 40
 """Elements per side of the contacts at most until all is nearly in balance."""
-APART = 0.1
-"""Part of the estimated errors of forces by which those of both contacts of a ball differ."""
-FOLLOWED = 0.4
-"""Part of these errors of creepages by which scalars change: 0.3 at most in 22 random bearings, for friction saturates."""
+INTEGRALS = ("force_x_N", "force_y_N", "spin_moment_Nmm", "Q_F_W", "T_gamma_N")
+"""Scalars of a contact that follow its creepages by the slopes of its wrench."""
 LIGHT = 1e-4
 """Load of a ball over the largest of all below which it counts as free: it rolls as others carry it along."""
 ALIKE = 1e-9
@@ -68,8 +66,7 @@ class Ball:
 
     - `motion`: as of `BearingProblem.slip`; whether it is `loaded` by both rings;
     - for each ring its `contacts`, and the `slopes` of their wrenches with the creepages, over those at which they slide;
-    - `passed_on`: errors that the balance causes in each contact: of its load, over the load; of what depends on creepages,
-      over its scale; and of its heat (W); `creepage_errors`, and that of the cage's speed, `cage_error` (rad/s)."""
+    - the `INTEGRALS` of both contacts."""
 
     members: tuple[int, ...]
     motion: Array
@@ -79,14 +76,15 @@ class Ball:
     slopes: dict[RingName, Array] = field(default_factory=dict)
     solvers: dict[RingName, Solver] = field(default_factory=dict)
     loaded: bool = False
-    passed_on: dict[RingName, tuple[float, float, float]] = field(default_factory=dict)
-    creepage_errors: dict[RingName, Array] = field(default_factory=dict)
-    cage_error: float = math.nan
+    integrals: dict[RingName, dict[str, float]] = field(default_factory=dict)
 
 
 @dataclass
 class SolvedBearing:
-    """A bearing as it was found: its `placement`, its `balls`, those alike as one, and what is wrong with it (`reason`)."""
+    """A bearing as it was found: its `placement`, its `balls`, those alike as one, and what is wrong with it (`reason`).
+
+    `coarser` are the bearings that follow from the forces of the last three grids of its contacts, `settled` the one with
+    nothing left of its conditions; both by the slopes of its balls, and only where axes follow from tractions."""
 
     problem: BearingProblem
     placement: Placement
@@ -94,6 +92,8 @@ class SolvedBearing:
     reason: str = ""
     rounds: int = 0
     solves: int = 0
+    coarser: tuple[SolvedBearing, ...] = ()
+    settled: SolvedBearing | None = None
 
 
 class BearingSearch:
@@ -128,10 +128,16 @@ class BearingSearch:
             # From nothing, so that it is the result of the same contact alone.
             ball.solvers = {}
             self._solve(ball, whole)
-            if self.problem.balances and ball.slopes:
-                self._pass_on_errors(ball)
-        return SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
-                             self.solves)
+            ball.integrals = {ring: {name: solved.result[name] for name in INTEGRALS}
+                              for ring, solved in ball.contacts.items() if self.problem.rolls}
+        solved = SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
+                               self.solves)
+        loaded = [ball for ball in self.balls if ball.loaded]
+        if self.problem.balances and not solved.reason and all(ball.slopes for ball in loaded):
+            grids = min(len(solver.last[1]) for ball in loaded for solver in ball.solvers.values())
+            solved.settled = self._with_forces(None)
+            solved.coarser = tuple(self._with_forces(-n) for n in range(min(grids, 3), 0, -1))
+        return solved
 
     def _stages(self) -> list[tuple[Problem, float]]:
         """The problems of contacts with which the balance is sought: a friction that falls with slip is followed from constant
@@ -231,9 +237,7 @@ class BearingSearch:
     def saturation(self, ball: Ball, ring: RingName) -> Array:
         """Creepages and spin at which a contact slides all over."""
         k = RINGS.index(ring)
-        hertz = self.problem.hertz(ring, float(ball.angles[k]), float(ball.loads[k]))
-        creepage = self.problem.contact.friction.coefficient * hertz.semi_axis_x * hertz.curvature_x
-        return np.array([creepage, creepage, creepage / hertz.semi_axis_y])
+        return self.problem.saturation(ring, float(ball.angles[k]), float(ball.loads[k]))
 
     def conditions(self, ball: Ball, ring: RingName, wrench: Array) -> Array:
         """What a contact's tractions, `wrench` (6, …), contribute to the conditions of a ball (8, …), in N: the force along the
@@ -277,35 +281,48 @@ class BearingSearch:
         turned = self.placement.turned[members[0], k, members].sum(axis=0)
         return np.hstack([np.transpose(by_motion), np.outer(by_angle, turned)])
 
-    def _pass_on_errors(self, ball: Ball) -> None:
-        """Errors of motion and loads by those of the forces of both contacts, and by what is left of the balance.
-
-        Both contacts have much the same grid, and most of what their forces miss is a like share of each, which leaves the
-        balance as it is; the rest, `APART` of the estimates, is independent. What follows adds by its squares."""
-        errors, half = np.zeros((10, 8)), 0.5 * self.problem.ball_diameter
-        # Force along and across and the moment about the normal over D/2: the ball's centre is D/2 away.
-        unit = np.array([[0, 1, 0, 0, 0, 1], [0, 0, 1, 0, -1, 0], [0, 0, 0, 1, 0, 0]], float).T
-        for k, ring in enumerate(RINGS):
-            result, parts = ball.contacts[ring].result, self.conditions(ball, ring, unit) / self._friction(ball, ring)
-            names = ("force_x_N", "force_y_N", "spin_moment_Nmm")
-            own = np.nan_to_num([result.uncertainty[name] for name in names]) * [1.0, 1.0, 1e-3 / half]
-            errors[3 * k : 3 * k + 3] = APART * own[:, None] * parts.T
-            errors[7:] += (np.sign([result[name] for name in names]) * own)[:, None] * parts.T
-        errors[6] = 0.5 * self.rest(ball)
-        by_errors = -np.linalg.pinv(self.jacobian(ball), rcond=1e-10) @ errors.T
-        ball.cage_error = float(np.linalg.norm(by_errors[0]))
-        for k, ring in enumerate(RINGS):
-            saturation, here, load = self.saturation(ball, ring), ball.contacts[ring].creepages, float(ball.loads[k])
-            moved = self.changes(ball, ring) @ by_errors
-            wrench = self._friction(ball, ring) * ball.slopes[ring] @ (moved / saturation[:, None])
-            scalars = ball.contacts[ring].result.coupled.scalars
-            forces = np.array([scalars["force_x_N"], scalars["force_y_N"], 1e-3 * scalars["spin_moment_Nmm"]])
-            changed = wrench[[1, 2, 3]] * np.array([1.0, 1.0, half])[:, None]
-            power = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0] * (forces @ moved + here @ changed)
-            ball.creepage_errors[ring] = np.linalg.norm(moved, axis=1)
-            relative = np.linalg.norm(moved / saturation[:, None], axis=0) / max(float(np.linalg.norm(here / saturation)), 1.0)
-            ball.passed_on[ring] = ((float(np.linalg.norm(errors[:, 0])) + SETTLED * self.limit(ball)) / load,
-                                    FOLLOWED * float(np.linalg.norm(relative)), FOLLOWED * float(np.linalg.norm(power)))
+    def _with_forces(self, level: int | None) -> SolvedBearing:
+        """The bearing that follows, by the slopes of its balls, from the forces on the grid `level` (−1: the last one) in place
+        of those that are extrapolated from all; None: with nothing left of its conditions."""
+        on_balls, on_ring, cage, balls = self.on_balls.copy(), self.on_ring.copy(), self.cage.copy(), []
+        apart: dict[tuple[int, RingName], dict[str, float]] = {}
+        for ball in self.balls:
+            new, where = replace(ball, integrals={}), list(ball.members)
+            balls.append(new)
+            if not ball.loaded:
+                continue
+            missing = self.rest(ball) if level is None else np.zeros(8)
+            for ring in RINGS:
+                if level is None:
+                    continue
+                scalars = ball.solvers[ring].last[1][level].reported.scalars
+                off = {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
+                apart[where[0], ring] = off
+                along, across, spin = off["force_x_N"], off["force_y_N"], 2e-3 * off["spin_moment_Nmm"]
+                # The ball's centre is D/2 away from where the forces act.
+                wrench = np.array([0.0, along, across, spin / self.problem.ball_diameter, -across, along])
+                missing = missing + self.conditions(ball, ring, wrench / self._friction(ball, ring))
+            step = self._newton(ball, missing)
+            new.motion = ball.motion + step[:4]
+            on_balls[where], on_ring[where], cage[where] = on_balls[where] + step[4:6], on_ring[where] + step[6:], new.motion[0]
+        placement = place(self.problem, self.problem.centrifugal(np.nan_to_num(cage)), on_balls, on_ring, self.placement)
+        for ball, new in zip(self.balls, balls, strict=True):
+            new.loads, new.angles = (of[ball.members[0]] for of in (placement.loads, placement.angles))
+            for k, ring in enumerate(RINGS if ball.loaded else ()):
+                here, off = ball.contacts[ring].creepages, apart.get((ball.members[0], ring), {})
+                moved = self.problem.creepages(ring, float(new.angles[k]), new.motion) - here
+                units = np.array([1.0, 1.0, 0.5 * self.problem.ball_diameter])
+                follow = units * self._friction(ball, ring) * (
+                    ball.slopes[ring] @ (moved / self.saturation(ball, ring)))[1:4]
+                integrals = ball.integrals[ring]
+                forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
+                power = float((forces + follow) @ moved + follow @ here)
+                speed = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0]
+                changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), speed * power, power)
+                share = float(new.loads[k] / ball.loads[k])
+                new.integrals[ring] = {name: share * (integrals[name] + off.get(name, 0.0) + change)
+                                       for name, change in zip(INTEGRALS, changes, strict=True)}
+        return SolvedBearing(self.problem, placement, balls)
 
     def _differences(self, ball: Ball, contact: Problem) -> None:
         """Slopes of both contacts by differences."""
@@ -321,12 +338,7 @@ class BearingSearch:
     def _step(self, ball: Ball, most: float) -> tuple[Array, float]:
         """Newton's step of the motion and of the friction, of bounded changes of all creepages times `most`, and its share of
         the whole step."""
-        unknown = slice(1, 8) if self.problem.common_cage else slice(0, 8)
-        unit = np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)), self.limit(ball)], 4)
-        step = np.zeros(8)
-        step[unknown] = unit[unknown] * np.linalg.lstsq(
-            (self.jacobian(ball) * unit)[unknown, unknown], -self.rest(ball)[unknown], rcond=1e-10)[0]
-        change = 0.0
+        step, change = self._newton(ball, self.rest(ball)), 0.0
         for k, ring in enumerate(RINGS):
             moved = self.changes(ball, ring) @ step
             before, after = (self.problem.slip(ring, float(ball.angles[k]), motion)[0]
@@ -336,6 +348,14 @@ class BearingSearch:
                          2.0 * (1.0 - after / before) * LONGEST)
         share = most * min(1.0, LONGEST / max(change, 1e-300))
         return share * step, share
+
+    def _newton(self, ball: Ball, rest: Array) -> Array:
+        """The change of a ball's motion and of the friction with which it is placed that takes `rest` away."""
+        unknown, step = slice(1, 8) if self.problem.common_cage else slice(0, 8), np.zeros(8)
+        unit = np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)), self.limit(ball)], 4)
+        step[unknown] = unit[unknown] * np.linalg.lstsq(
+            (self.jacobian(ball) * unit)[unknown, unknown], -rest[unknown], rcond=1e-10)[0]
+        return step
 
     def left(self, ball: Ball) -> float:
         """What is left of the conditions of a ball, over its friction limit; of friction that differs, `SETTLED` counts as

@@ -633,7 +633,7 @@ def _group(scalar: Scalar) -> str:
         return "wear"
     if scalar.scale == "temperature":
         return "temperatures"
-    if scalar.kind in ("integral", "exchanged heat"):
+    if scalar.kind in ("integral", "exchanged heat") or scalar.name.startswith("torque_"):
         return "heat"
     if scalar.name.endswith("_MPa"):
         return "stresses"
@@ -651,11 +651,13 @@ GROUPS: dict[str, tuple[str, ...]] = {
 
 def of_contacts(asked: Iterable[str]) -> frozenset[str]:
     """Scalars of a contact that scalars and groups in `asked` stand for. Those of an assembly stand for the ones that they come
-    from: a sum of one wheel for its scalar, places and forces on rails for the forces of the contacts."""
+    from: a sum of one wheel for its scalar, torques for heat, places and forces on rails for the forces of the contacts."""
     whole = {of_length: name for name, of_length in PER_LENGTH.items()}
     names = {whole.get(name, name) for each in asked for name in GROUPS.get(each, (each,))}
     own = {name for name in names if name in SCALARS or name in SUBSURFACE_SCALARS}
     sums = {of_side(scalar, side): scalar for side in _SIDES for scalar in TOGETHER}
     own |= {scalar for name, scalar in sums.items() if name in names}
-    others = names - own - sums.keys()
+    if any(name.startswith("torque_") for name in names):
+        own.add("Q_F_W")
+    others = {name for name in names - own - sums.keys() if not name.startswith("torque_")}
     return frozenset(own | ({*GROUPS["forces"]} & {*SCALARS} if others else set()))
