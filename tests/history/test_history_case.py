@@ -69,6 +69,11 @@ def test_the_first_row_after_a_sudden_start_is_covered() -> None:
     assert given.history is not None and "uncertainty.force_x_N" not in given.history
 
 
+def test_few_steps_of_rolling_are_a_warning() -> None:
+    assert "few steps (3)" in " ".join(solve(ball(history={"steps": 3})).warnings)
+    assert not solve(ball(history={"steps": 6})).warnings
+
+
 def test_files_and_json(tmp_path: Path) -> None:
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball()).to_toml())
     done = thermoroll("run", "ball.toml", "-o", "out", "--json", cwd=tmp_path)
@@ -155,11 +160,11 @@ def test_what_is_wrong_with_a_record(tmp_path: Path, text: str, message: str) ->
 
 def test_elements_and_steps_until_every_row_is_accurate() -> None:
     wave = {"distance_mm": [0, 2, 5, 7], "values": {"creepage.longitudinal": [0.001, 0.0013, 0.0017, 0.002]}}
-    case = {**ball(), "numerics": {"accuracy": 0.01, "accuracy_of": ["forces"]}, "history": {**wave, "steps": 7}}
+    case = {**ball(), "numerics": {"accuracy": 0.02, "accuracy_of": ["forces"]}, "history": {**wave, "steps": 7}}
     found = solve(case)
     assert found.converged and found.history is not None and found.work["grid"] == [32, 32]
     limit = np.array(found.history["friction_limit_N"])
-    assert len(limit) == 8 and max(found.history["uncertainty.force_x_N"] / limit) <= 0.01
+    assert len(limit) == 8 and max(found.history["uncertainty.force_x_N"] / limit) <= 0.02
     case["numerics"]["accuracy"] = 0.7 * float(max(found.history["uncertainty.force_x_N"] / limit))
     finer = solve(case)
     assert finer.history is not None and finer.work["grid"] == [64, 64] and len(finer.history["time_s"]) == 8
