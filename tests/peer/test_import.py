@@ -147,7 +147,7 @@ def test_spin_turns_about_the_origin_of_a_shifted_contact(tmp_path: Path) -> Non
 @pytest.mark.parametrize(("change", "reason"), [
     (("022020", "022320"), "M = 3"), (("203100", "200100"), None), (("203100", "233100"), "B = 3"),
     (("022020", "022029"), "E = 9"), (("203100", "202100"), None),
-    (("0.001015  0.0  0.0004215", "0.001015  0.1  0.0004215"), "IBASE = 1"),
+    (("0.001015  0.0  0.0004215", "0.001015  0.1  0.0004215"), "IBASE = 1"), (("   60   60 ", "    1    1 "), "MX = MY = 1"),
 ])  # fmt: skip
 def test_what_is_left_out_is_named(tmp_path: Path, change: tuple[str, str], reason: str | None) -> None:
     text = FIRST.format(chi="0.0").replace(*change, 1)

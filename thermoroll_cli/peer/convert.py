@@ -237,6 +237,7 @@ def _shape(case: DeckCase) -> tuple[float, float, float, tuple[float, float]]:
     _leave_out(
         (bound not in (0, 2) or (bound == 2 and (kind < -3 or kind > 0 or not same)), f"B = {bound}: an approximate pressure"),
         (kind == -6, "IPOTCN = -6: half of two ellipses"),
+        (area["MX"] * area["MY"] == 1, "MX = MY = 1: a single element, whose pressure is the same everywhere"),
         (kind in (-4, -5) or (shape["IBASE"] == 2 and area["MY"] == 1), LINE),
         (shape["IBASE"] != 1, f"IBASE = {shape['IBASE']}: a shape that is no paraboloid"),
         (shape["IPLAN"] != 1, f"IPLAN = {shape['IPLAN']}: a part of the surface that touches"),

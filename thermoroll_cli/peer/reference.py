@@ -25,7 +25,7 @@ def reference_forces(path: Path) -> dict[int, list[float]]:
     lines = read_bytes(path, LARGEST, "output of CONTACT").decode("utf-8", errors="replace").splitlines()
     case = 0
     for number, line in enumerate(lines):
-        if head := re.match(r" Case +(\d+)(, result element.*)?\s*$", line):
+        if head := re.match(r" Case +(\d+)(,? (?:result|for contact).*)?\s*$", line):
             case = case + 1 if head[2] else int(head[1])
         elif case and case not in found and (line.strip().startswith((*ON_RAIL, OF_CONTACT))):
             numbers = [float(word) for word in NUMBER.findall("".join(lines[number + 2 : number + 3]))]
