@@ -89,12 +89,14 @@ def test_files_and_json(tmp_path: Path) -> None:
 
 def test_a_table_over_time_is_drawn_and_reported_as_that_of_a_sweep(tmp_path: Path) -> None:
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 2})).to_toml())
-    for command in ("run ball.toml -o .", "plot ball_history.csv -o again", "report ball_history.csv"):
+    for command in ("run ball.toml -o . --report", "plot ball_history.csv -o again", "report ball_history.csv"):
         done = thermoroll(*command.split(), cwd=tmp_path)
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "again" / "ball_history.png").exists()
     page = (tmp_path / "ball_history_report.html").read_text()
     assert "over distance rolled, from 0 to 7 mm: 3 of 3 states converged" in page
+    whole = (tmp_path / "ball_report.html").read_text()
+    assert "3 of 3 states converged" in whole and "frictional heat since the start" in whole
     read = read_table(tmp_path / "ball_history.csv")
     assert read.of_history and read.label == ("distance_mm", "creepage.longitudinal") and "values" in read.case_text
 

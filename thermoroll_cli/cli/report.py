@@ -50,7 +50,7 @@ METHOD = ("The steady state of two elastic bodies that roll on each other with d
           "discretised by rectangular elements on grids of rising fineness; pressure, tractions, frictional heat and thermal "
           "expansion are iterated until they agree.")  # fmt: skip
 METHOD_OVER_TIME = ("Two elastic bodies in contact with dry friction while inputs change: half-spaces, with rectangular "
-                    "elements; each step is a steady problem in which the displacements before it join the rigid slip.")
+                    "elements; each step is a steady problem that remembers displacements and heat of those before it.")
 VERSIONS = {"program_version": "thermoroll", "python_version": "Python", "numpy_version": "NumPy", "scipy_version": "SciPy",
             "fftw_version": "FFTW", "h5py_version": "h5py"}  # fmt: skip
 """Attributes of a result file that a report names."""

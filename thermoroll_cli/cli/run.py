@@ -146,7 +146,12 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
 
         # The file says with what it was computed.
         stored = replace(result, attributes=read_result(target, with_fields=False).attributes)
-        return page.of_result(stored, case.name)
+        last = page.of_result(stored, case.name)
+        if result.history is None:
+            return last
+        curves = page.of_columns(replace(result.history, attributes=stored.attributes), case.name)
+        return replace(last, what=curves.what, tables=[*last.tables, *curves.tables], method=curves.method,
+                       pictures=(*curves.pictures, *last.pictures))
 
     def drawable() -> list[str]:
         from thermoroll_cli.plots.pictures import kinds_of
