@@ -107,21 +107,16 @@ class History:
         return self.problem
 
     @property
-    def still(self) -> bool:
-        """Whether nothing ever rolls."""
-        return SPEED not in self.course.values and self.problem.motion.speed == 0.0
-
-    @property
     def stops(self) -> tuple[float, ...]:
         """Places that no step may pass over: jumps, and where nothing rolls turns, since the path alone counts there."""
-        return (*self.course.jumps, *(self.course.turns if self.still else ()))
+        still = SPEED not in self.course.values and self.problem.motion.speed == 0.0
+        return (*self.course.jumps, *(self.course.turns if still else ()))
 
     @property
     def restarts(self) -> tuple[float, ...]:
-        """Places from which rolling goes on from one state alone, in a step of first order: jumps, and a start that is not
-        steady."""
-        first = () if self.course.begin == "steady" else self.course.places[:1]
-        return () if self.still else (*first, *self.course.jumps)
+        """Places from which a step knows one state alone, and is of first order: `stops`, and a start from nothing. A state
+        from a file goes on as one of the same history does."""
+        return (*(self.course.places[:1] if self.course.begin == "pressed" else ()), *self.stops)
 
     def problem_at(self, place: float, *, after: bool = False) -> Problem:
         """The problem at one place of the course; at a jump the one before it, or `after` it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -78,9 +79,10 @@ class HistorySolver:
         """The result on grids with ever more elements and steps, until it is as accurate as asked; None where the contact
         reaches the rim of a domain that may grow."""
         level, accuracy, grids = None, history.problem.numerics.accuracy, list(_grids(history))
-        for shape, places in grids:
+        for shape, runs in grids:
             level = _Level(history, [] if level is None else level.rows, warnings)
-            for moment in Steps(history, shape, self._options, self._threads, extent).moments(places):
+            for moment in chain.from_iterable(
+                    Steps(history, shape, self._options, self._threads, extent).moments(places) for places in runs):
                 level.add(moment)
                 if report is not None:
                     report("tangential", {
@@ -128,10 +130,10 @@ class _Level:
         return _result(self.history, self.rows, self._last, _errors(self.history, self.rows, self.coarser), self.warnings)
 
 
-def _grids(history: History) -> Iterator[tuple[tuple[int, int], Array]]:
-    """Grids from coarse to fine with the places of their steps: half the elements with every second row, what is asked for, and
-    where an accuracy is asked for twice the elements and the steps again and again. Steps after a restart, of first order, are
-    halved, and compared with whole ones."""
+def _grids(history: History) -> Iterator[tuple[tuple[int, int], list[Array]]]:
+    """Grids from coarse to fine with the places of the steps of each run: half the elements with every second row and with all
+    others, what is asked for, and where an accuracy is asked for twice the elements and the steps again and again. Steps after
+    a restart, of first order, are halved, and compared with whole ones."""
     rows, numerics, restarts = history.course.rows, history.problem.numerics, np.array(history.restarts)
     restarts = restarts[restarts < rows[-1]]
 
@@ -140,13 +142,14 @@ def _grids(history: History) -> Iterator[tuple[tuple[int, int], Array]]:
 
     nx, ny = numerics.grid or (FIRST, FIRST)
     if min(nx, ny) >= 2 * COARSEST:
-        yield ((nx + 1) // 2, (ny + 1) // 2), np.unique([*rows[::2], *after(rows), rows[-1]])
-    yield (nx, ny), np.union1d(rows, 0.5 * (restarts + after(rows)))
+        every_second = [np.union1d(rows[::2], rows[-1]), np.union1d(rows[:1], rows[1::2])]
+        yield ((nx + 1) // 2, (ny + 1) // 2), every_second[: len(rows) - 1]
+    yield (nx, ny), [np.union1d(rows, 0.5 * (restarts + after(rows)))]
     times = 2
     while numerics.grid is None and times * nx <= FINEST:
         between = np.arange((len(rows) - 1) * times + 1) / times
         places = np.interp(between, np.arange(len(rows)), rows)
-        yield (times * nx, times * ny), np.union1d(places, 0.5 * (restarts + after(places)))
+        yield (times * nx, times * ny), [np.union1d(places, 0.5 * (restarts + after(places)))]
         times *= 2
 
 
@@ -174,7 +177,7 @@ def _missed(result: Result, history: History) -> list[str]:
 
 
 def _errors(history: History, rows: Sequence[Row], coarser: Sequence[Row]) -> dict[str, Array]:
-    """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at some of the same places. The
+    """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at the same places. The
     difference counts `SAFETY` times, as for errors of first order, which jumps and kinks of inputs have. It changes its sign:
     an error is no less than that of the rows beside it, and than the mean of all, beside the `FLOOR` of tolerances. Those of
     work and heat are no less than what is missing between both and the stored energy."""
