@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,14 +14,18 @@ from thermoroll_cli.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.bearing.bearing_result import BearingSolver
 from thermoroll_cli.problem.result import Result
 
-GRID, REFERENCE = 20, 60
-"""Elements per side of each contact, and of the ones that stand for the truth."""
+GRID, REFERENCE, FEW = 24, 72, 3
+"""Elements per side of each contact, and of the ones that stand for the truth; balls of the bearings that are compared."""
 EXCUSE = "gyroscopic moment"
 """In the reasons of balls that friction does not hold."""
 LOAD_SHARE = 1e-3
 """Departure of the forces of all balls from the loads that may remain, over the largest load."""
-SCALARS = ("axial_displacement_um", "radial_displacement_um", "cage_speed_rad_s", "torque_Nmm", "T_gamma_N", "pressure_max_MPa",
-           "contact_area_mm2", "shear_max_MPa")
+SCALARS = ("axial_displacement_um", "radial_displacement_um", "axial_stiffness_N_um", "radial_stiffness_N_um",
+           "cage_speed_rad_s", "torque_Nmm", "T_gamma_N", "pressure_max_MPa", "contact_area_mm2", "shear_max_MPa")
+"""Scalars of the whole whose errors are compared."""
+OF_CONTACTS = ("normal_N", "contact_angle_deg", "spin_to_roll", "creepage_longitudinal", "creepage_lateral", "Q_F_W",
+               "spin_moment_Nmm")
+"""Those of the contacts of ball 1."""
 
 
 def random_bearing(seed: int, grid: int = GRID) -> Case:
@@ -51,20 +56,27 @@ def random_bearing(seed: int, grid: int = GRID) -> Case:
 
 def check(case: Case) -> Outcome:
     """Solve the bearing; if it converges all balls together carry the loads."""
-    result = _solved(case)
-    return Outcome(result.converged, result.reason, EXCUSE in result.reason, _faults(case, result) if result.converged else ())
+    return _outcome(case, _solved(case))
 
 
 def covered(case: Case, *_: int) -> Outcome:
-    """As `check`, with the estimated and the true errors of the scalars of the whole."""
+    """As `check`, with few balls, and with the estimated and the true errors of the whole and of the contacts of ball 1."""
+    case = case.with_values({"bearing.balls": FEW})
     result, fine = _solved(case), _solved(case.with_values({"numerics.grid": REFERENCE}))
-    outcome = check(case)
+    outcome = _outcome(case, result)
     if not (result.converged and fine.converged):
         return outcome
-    scales = {name: abs(fine[name]) for name in SCALARS if name in result.scalars and abs(fine[name]) > 1e-6}
-    pairs = (Pair(GRID, name, float(result.uncertainty[name]) / scale, abs(result[name] - fine[name]) / scale)
-             for name, scale in scales.items())
-    return Outcome(True, "", False, outcome.broken, pairs=tuple(pair for pair in pairs if math.isfinite(pair.estimate)))
+    numbers = [(name, result[name], result.uncertainty[name], fine[name]) for name in SCALARS if name in result.scalars]
+    for one, other in zip(result.contacts[:2], fine.contacts[:2], strict=True):
+        numbers += [(name, one.record[name], one.record["uncertainty"][name], other.record[name]) for name in OF_CONTACTS]
+    # What symmetry makes zero has no scale.
+    pairs = (Pair(GRID, name, float(estimate) / abs(truth), abs(value - truth) / abs(truth))
+             for name, value, estimate, truth in numbers if abs(truth) > 1e-6)
+    return replace(outcome, pairs=tuple(pair for pair in pairs if math.isfinite(pair.estimate)))
+
+
+def _outcome(case: Case, result: Result) -> Outcome:
+    return Outcome(result.converged, result.reason, EXCUSE in result.reason, _faults(case, result) if result.converged else ())
 
 
 def _solved(case: Case) -> Result:
