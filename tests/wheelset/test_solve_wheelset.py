@@ -66,7 +66,7 @@ def beside(case: dict, *, grid: int = 24, curved: bool = False) -> WheelsetProbl
     i = case["input"]
     facing, _ = facing_beside(case)
     body = Material(2e6 * i["G"] * (1.0 + i["nu"]), i["nu"])
-    contact = Problem(body, body, Geometry(math.inf, math.inf, 0.46, math.inf), 1.0, Friction(i["mu"]), Motion(1e-3 * i["vs"]),
+    contact = Problem(body, body, Geometry(math.inf, 0.3, 0.46, math.inf), 1.0, Friction(i["mu"]), Motion(1e-3 * i["vs"]),
                       Heating(heat=False, deformation=False), Numerics((grid, grid)))  # fmt: skip
     position = Position(1e-3 * i["y"], 1e-3 * (i["z"] or 0.0), i["roll"], i["yaw"])
     motion = facing_beside(case)[1]
