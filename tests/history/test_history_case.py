@@ -398,6 +398,17 @@ def test_bulk_temperatures_that_change() -> None:
     assert "partition_mean" not in history or np.isnan(history["partition_mean"][-1])
 
 
+def test_steps_in_which_heat_stays_in_its_element() -> None:
+    """Microseconds without rolling: the rise at the surface of a half-space, 2 q √(t/π)/(k/√κ), under heat of constant flux."""
+    case, time = warm("pressed", numerics={"grid": 10}), 1e-6
+    case |= {"rolling": {"speed_m_s": 0.0}, "thermal": {"deformation": False, "partition": 1.0}}
+    case["history"] = {"time_s": [0, time], "steps": 1, "values": {"shift.longitudinal_um": [0, 4000]}}
+    result = solve(case)
+    flux = 1e6 * result["heat_flux_max_W_mm2"]
+    exact = 2.0 * flux * math.sqrt(13e-6 * time / math.pi) / 50
+    assert result["temperature_rise_max_lower_K"] == pytest.approx(exact, rel=0.02)
+
+
 def test_heat_at_rest() -> None:
     """Bodies of unlike temperatures, pressed together: in the end the heat of a disc, 2 a ΔT/(1/k₁ + 1/k₂) twice, flows."""
     case = warm("pressed")
