@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import json
 import re
-import tomllib
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +14,7 @@ import typer
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align
-from thermoroll_cli.files.case import CaseError
+from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.python_api import KINDS
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
@@ -98,7 +97,7 @@ def init(
     """Write a case with comments, to be edited."""
     names = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
     if examples:
-        titles = (tomllib.loads((EXAMPLES / f"{name}.toml").read_text(encoding="utf-8"))["title"] for name in names)
+        titles = (Case.read(EXAMPLES / f"{name}.toml").settings.title for name in names)
         streams.write(*align([*zip(names, titles, strict=True)]))
         return
     if example and example not in names:
