@@ -134,7 +134,8 @@ def _read_csv(path: pathlib.Path) -> Columns:
 
 def _result_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> Result | None:
     """A result file beside a table of text, which lacks the case; None without one."""
-    for name in (*columns.get("file", ()), f"{path.stem.removesuffix('_history')}.h5"):
+    of_history = (path.stem.removesuffix("_history") + ".h5",) if path.stem.endswith("_history") else ()
+    for name in (*columns.get("file", ()), *of_history):
         if isinstance(name, str) and name and path.with_name(name).exists():
             return read_result(path.with_name(name), with_fields=False)
     return None
