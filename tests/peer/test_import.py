@@ -96,6 +96,28 @@ def test_ellipses_are_those_of_the_radii(tmp_path: Path, kind: int, area: str) -
         assert getattr(case.settings.geometry, key) == pytest.approx(getattr(plain.settings.geometry, key), rel=1e-6)
 
 
+@pytest.mark.parametrize("area", [
+    " 1\n  60 1  -8.0 -10.0  0.25 20.0\n 1 1\n 0.001015 0.0 0.0\n 0.0 0.0 0.0\n",
+    " -4\n  60 1  0.001015 10.0 1.2\n", " -5\n  60 1  {a} 10.0 1.2\n"
+])  # fmt: skip
+def test_long_bodies_are_line_contacts_of_their_length(tmp_path: Path, area: str) -> None:
+    """Of 20 mm, with the force that Carter found."""
+    modulus, load, friction, slip = 2.0 * 82_000.0 * 1.28 / (2.0 * (1.0 - 0.28**2)), 5_000.0, 0.3, 0.0002
+    half = (4.0 * load * 0.5 / 0.001015 / (np.pi * modulus)) ** 0.5
+    head = FIRST.format(chi="180d").partition("    1                                          IPOTCN\n")[0]
+    head = head.replace("-0.002    0.001    2d-4", f"-{slip}   0.0    0.0")
+    found = imported(deck_of(tmp_path, head + area.format(a=half) + END))[0]
+    assert found.case is not None and found.case.settings.load is not None, found.reason
+    assert found.case.settings.load.normal_N_mm == pytest.approx(load)
+    carter = 1.0 - (1.0 - slip * 0.5 / 0.001015 / (friction * half)) ** 2
+    force = solved(found, {}, [], tmp_path)["force"]
+    assert force == pytest.approx([friction * 100_000.0 * carter, 0.0, 100_000.0], rel=2e-3, abs=1e-6)
+    head = head.replace(f"-{slip}", "0.5").replace("203100", "203110")
+    given = imported(deck_of(tmp_path, head + area.format(a=half) + END))[0]
+    assert given.case is not None and given.case.settings.force is not None, given.reason
+    assert given.case.settings.force.longitudinal_N_mm == pytest.approx(-0.5 * friction * load)
+
+
 SHIFT = """ 3  MODULE
   {digits}     P-B-T-N-F-S
   022020     L-D-C-M-Z-E

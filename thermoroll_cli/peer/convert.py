@@ -24,11 +24,10 @@ from thermoroll_cli.files.case_errors import CaseError, Finding, Span
 from thermoroll_cli.files.csv_table import TableError
 from thermoroll_cli.files.profile_file import read_outline
 from thermoroll_cli.peer.deck import DeckCase
+from thermoroll_cli.problem.names import known_as
 from thermoroll_cli.wheelset.placement import Position
 
 Content = dict[str, Any]
-LINE = "a line contact, which has a load per length"
-"""Why cases of two long bodies are left out."""
 GRID = {1: 48, 3: 64}
 """Elements per side of a contact of each module: CONTACT's own elements say nothing about the accuracy wanted here."""
 LAW = {2: "linear", 3: "rational", 4: "exponential"}
@@ -42,17 +41,18 @@ class LeftOut(Exception):
 
 @dataclass(frozen=True)
 class Axes:
-    """Sign from forces here (on body 2, or rails) along x and y to CONTACT's, the side of a wheel, and the place (x, y) in mm
-    of a single contact, whose origin here is where the bodies are closest."""
+    """Sign from forces here (on body 2, or rails) along x and y to CONTACT's, the side of a wheel, the place (x, y) in mm
+    of a single contact, whose origin here is where the bodies are closest, and the length in mm of a line contact (0: none)."""
 
     sign: float
     side: str = ""
     place: tuple[float, float] = (0.0, 0.0)
+    length: float = 0.0
 
     def force(self, scalars: Mapping[str, Any]) -> list[float]:
         """[x, y, z] in N in CONTACT's axes from the scalars of a result."""
         names = [f"track_force_{axis}_{self.side}_N" for axis in "xyz"] if self.side else ["force_x_N", "force_y_N", "normal_N"]
-        x, y, z = (float(scalars[name]) for name in names)
+        x, y, z = (float(scalars[known_as(name, scalars)]) * (self.length or 1.0) for name in names)
         return [self.sign * x, self.sign * y, z]
 
 
@@ -201,11 +201,18 @@ def _contact(case: DeckCase, deck: Path, before: Before | None, content: Content
     _leave_out(
         (not backwards and abs(rolling["CHI"]) > 1e-2, f"CHI = {math.degrees(rolling['CHI']):g} degrees: rolling across")
     )
-    along_2, across_2, least, place = _shape(case)
+    length, along_2, across_2, least, place = _shape(case)
     content["geometry"] = {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 0.5 / along_2}
-    content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across_2}
-    load |= {"normal_N": motion["FN"]} if digits["N"] else {"approach_um": 1e3 * (motion["FN"] - least)}
-    axes = Axes(-1.0 if backwards else 1.0, place=place)
+    if length:
+        _leave_out(
+            (digits["N"] == 0, "N = 0: a line contact has no approach"),
+            (steps, f"T = {digits['T']}: a line contact over time"),
+        )
+        load["normal_N_mm"] = motion["FN"] / length
+    else:
+        content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across_2}
+        load |= {"normal_N": motion["FN"]} if digits["N"] else {"approach_um": 1e3 * (motion["FN"] - least)}
+    axes = Axes(-1.0 if backwards else 1.0, place=place, length=length)
     distance = rolling["DQ"]
     if steps:
         first = digits["P"] == 2 or case.number == 1
@@ -229,8 +236,9 @@ def _contact(case: DeckCase, deck: Path, before: Before | None, content: Content
     return axes
 
 
-def _shape(case: DeckCase) -> tuple[float, float, float, tuple[float, float]]:
-    """Coefficients of x² and y² of the undeformed distance (1/mm), its least value and the place (x, y) of that in mm."""
+def _shape(case: DeckCase) -> tuple[float, float, float, float, tuple[float, float]]:
+    """Length of a line contact in mm (0: an ellipse), coefficients of x² and y² of the undeformed distance (1/mm), its least
+    value and the place (x, y) of that in mm."""
     area, shape, read, motion = case.values["area"], case.values["shape"], case.values["material"], case.values["motion"]
     kind, bound = area["IPOTCN"], case.digits["B"]
     same = read["GG1"] == read["GG2"] and read["POISS1"] == read["POISS2"]
@@ -238,29 +246,42 @@ def _shape(case: DeckCase) -> tuple[float, float, float, tuple[float, float]]:
         (bound not in (0, 2) or (bound == 2 and (kind < -3 or kind > 0 or not same)), f"B = {bound}: an approximate pressure"),
         (kind == -6, "IPOTCN = -6: half of two ellipses"),
         (area["MX"] * area["MY"] == 1, "MX = MY = 1: a single element, whose pressure is the same everywhere"),
-        (kind in (-4, -5) or (shape["IBASE"] == 2 and area["MY"] == 1), LINE),
-        (shape["IBASE"] != 1, f"IBASE = {shape['IBASE']}: a shape that is no paraboloid"),
+        (
+            shape["IBASE"] != 1 and (shape["IBASE"], area["MY"]) != (2, 1),
+            f"IBASE = {shape['IBASE']}: a shape that is no paraboloid",
+        ),
         (shape["IPLAN"] != 1, f"IPLAN = {shape['IPLAN']}: a part of the surface that touches"),
     )
     if kind > 0:
-        b1, b2, b3, b4, b5, b6 = shape["B"]
+        # Circles of the radius RM, of which there is one row.
+        b1, b2, b3, b4, b5, b6 = shape.get("B") or (0.5 / shape["RM"], 0.0, 0.0, -shape["XM"] / shape["RM"], 0.0, 0.0)
         _leave_out(
             (b2 != 0.0, "IBASE = 1: a paraboloid that is turned"),
             (b1 <= 0.0 or b3 < 0.0, "IBASE = 1: no curvature along rolling, or a concave one"),
-            (b3 == 0.0, "IBASE = 1: a cylinder of finite length" if area["MY"] > 1 else LINE),
+            (b3 == 0.0 and area["MY"] > 1, "IBASE = 1: a cylinder of finite length"),
+            (b3 == 0.0 and b5 != 0.0, "IBASE = 1: a cylinder that is tilted"),
+            (b3 == 0.0 and kind == 4, "IPOTCN = 4: a line contact whose length is not given"),
         )
-        x, y = -0.5 * b4 / b1, -0.5 * b5 / b3
-        return b1, b3, b6 - b1 * x**2 - b3 * y**2, (x, y)
+        x = -0.5 * b4 / b1
+        if b3 == 0.0:
+            return (area["DY"] if kind in (1, 3) else area["DY"] - area["YL"]), b1, b3, 0.0, (x, 0.0)
+        y = -0.5 * b5 / b3
+        return 0.0, b1, b3, b6 - b1 * x**2 - b3 * y**2, (x, y)
     first, second = area["A"], area["B"]
     compliance = sum((1.0 - read[f"POISS{k}"]) / (2.0 * read[f"GG{k}"]) for k in (1, 2))
+    if kind == -4:
+        return 2.0 * second, first, 0.0, 0.0, (0.0, 0.0)
+    if kind == -5:  # a² = 4 W R/(π E*) for the load W per length
+        load = motion["FN"] / (2.0 * second)
+        return 2.0 * second, 2.0 * load * compliance / (math.pi * first**2), 0.0, 0.0, (0.0, 0.0)
     if kind == -1:
-        return first, second, 0.0, (0.0, 0.0)
+        return 0.0, first, second, 0.0, (0.0, 0.0)
     if kind == -2:
-        return first, first * float(elliprd(0.0, second**2, 1.0) / elliprd(0.0, 1.0, second**2)), 0.0, (0.0, 0.0)
+        return 0.0, first, first * float(elliprd(0.0, second**2, 1.0) / elliprd(0.0, 1.0, second**2)), 0.0, (0.0, 0.0)
     # Hertz: A = s R_D(0, b², a²)/3 and B with a and b exchanged, s = p₀ab/E*, approach s R_F(0, a², b²).
     a, b = first**2, second**2
     scale = 1.5 * motion["FN"] * compliance / math.pi if case.digits["N"] else motion["FN"] / float(elliprf(0.0, a, b))
-    return scale * float(elliprd(0.0, b, a)) / 3.0, scale * float(elliprd(0.0, a, b)) / 3.0, 0.0, (0.0, 0.0)
+    return 0.0, scale * float(elliprd(0.0, b, a)) / 3.0, scale * float(elliprd(0.0, a, b)) / 3.0, 0.0, (0.0, 0.0)
 
 
 def _motion(case: DeckCase, axes: Axes, distance: float, content: Content) -> None:
@@ -270,8 +291,9 @@ def _motion(case: DeckCase, axes: Axes, distance: float, content: Content) -> No
         (digits["F"] > 0 and "friction_coefficient" not in load, "F with V = 1: forces relative to one coefficient"),
         (digits["T"] == 1 and motion["CPHI"] != 0.0, "T = 1: a rotation (CPHI) over time"),
     )
+    ending = "_N_mm" if axes.length else "_N"
     if digits["F"]:
-        limit = load["friction_coefficient"] * (load["normal_N"] if digits["N"] else _load_at(content))
+        limit = load["friction_coefficient"] * (load[f"normal{ending}"] if digits["N"] else _load_at(content))
     # Slip of T = 1 is a length.
     over = distance if digits["T"] == 1 else 1.0
     for name, key, given, spin in (
@@ -279,7 +301,7 @@ def _motion(case: DeckCase, axes: Axes, distance: float, content: Content) -> No
         ("FY", "lateral", digits["F"] == 2, motion["CPHI"] * x),
     ):
         if given:
-            content.setdefault("force", {})[f"{key}_N"] = axes.sign * motion[name] * limit
+            content.setdefault("force", {})[f"{key}{ending}"] = axes.sign * motion[name] * limit
         elif over:
             content.setdefault("creepage", {})[key] = -axes.sign * (motion[name] + spin) / over
     if motion["CPHI"]:
