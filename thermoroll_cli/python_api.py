@@ -54,7 +54,7 @@ def _contact_warnings(problem: Problem) -> Iterable[str]:
 
 
 def _history_facts(history: History) -> Mapping[str, float]:
-    """Of the largest load."""
+    """Numbers of the plan at the largest load."""
     return {name: value for name, value in make_plan(history.largest).facts.items() if value == value}
 
 

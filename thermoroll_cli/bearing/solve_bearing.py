@@ -291,17 +291,18 @@ class BearingSearch:
             balls.append(new)
             if not ball.loaded:
                 continue
-            missing = self.rest(ball) if level is None else np.zeros(8)
-            for ring in RINGS:
-                if level is None:
-                    continue
-                scalars = ball.solvers[ring].last[1][level].reported.scalars
-                off = {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
-                apart[where[0], ring] = off
-                along, across, spin = off["force_x_N"], off["force_y_N"], 2e-3 * off["spin_moment_Nmm"]
-                # The ball's centre is D/2 away from where the forces act.
-                wrench = np.array([0.0, along, across, spin / self.problem.ball_diameter, -across, along])
-                missing = missing + self.conditions(ball, ring, wrench / self._friction(ball, ring))
+            if level is None:
+                missing = self.rest(ball)
+            else:
+                missing = np.zeros(8)
+                for ring in RINGS:
+                    scalars = ball.solvers[ring].last[1][level].reported.scalars
+                    off = {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
+                    apart[where[0], ring] = off
+                    along, across, spin = off["force_x_N"], off["force_y_N"], 2e-3 * off["spin_moment_Nmm"]
+                    # The ball's centre is D/2 away from where the forces act.
+                    wrench = np.array([0.0, along, across, spin / self.problem.ball_diameter, -across, along])
+                    missing = missing + self.conditions(ball, ring, wrench / self._friction(ball, ring))
             step = self._newton(ball, missing)
             new.motion = ball.motion + step[:4]
             on_balls[where], on_ring[where], cage[where] = on_balls[where] + step[4:6], on_ring[where] + step[6:], new.motion[0]

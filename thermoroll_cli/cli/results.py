@@ -45,7 +45,8 @@ def plot(
     theories: options.Compare = "",
     data: options.Data = None,
     animate: Annotated[
-        str, typer.Option("--animate", metavar="KEY", help="A sweep as a GIF, with a frame for each value of this key.")
+        str, typer.Option("--animate", metavar="KEY",
+                          help="A sweep or a contact over time as a GIF, with a frame for each value of this key.")
     ] = "",
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -71,7 +72,7 @@ def plot(
         try:
             if animate:
                 if isinstance(result, Result):
-                    raise ValueError("a single result does not move: --animate takes sweep.csv")
+                    raise ValueError("a single result does not move: --animate takes sweep.csv or NAME_history.h5")
                 written, names = [_animated(path, stem, result, animate)], []
             elif isinstance(result, Result):
                 written = draw(result, stem, kinds=options.words(fields), formats=endings, dpi=dpi,

@@ -30,7 +30,7 @@ RUBBED, STEP = of_kind("peak", "peak flux"), 0.1
 next to it depend on where in its element it lies, and those of a narrow stripe are averaged over the element."""
 PRESSED = of_kind("peak pressure", "relative peak pressure")
 WARMED = tuple(name for name in of_kind("diffused") if "_max_" in name)
-"""What it decides besides if bodies are unlike enough, or if no element has the largest friction."""
+"""Scalars that a step decides, too: these if bodies are unlike enough, those if no element has the largest friction."""
 TURNED = 1e-3
 """The same as `GROWTH` for a step of friction, of which the grids do not show how the pressure grows."""
 GROWTH = 0.01
