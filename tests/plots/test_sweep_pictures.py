@@ -22,7 +22,7 @@ from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of
 from thermoroll_cli.problem.columns import Columns
-from thermoroll_cli.problem.names import unit_of
+from thermoroll_cli.problem.names import DIAGRAMS, unit_of
 from thermoroll_cli.sweeps import table_picture
 from thermoroll_cli.sweeps.table_picture import draw_table
 
@@ -85,6 +85,17 @@ def test_a_share_has_no_band_outside_zero_and_one() -> None:
     bands = np.vstack([path.vertices for band in axes.collections for path in band.get_paths()])[:, 1]
     assert (bands.min(), bands.max()) == (0.0, 1.0)
     assert axes.get_ylim()[0] >= -0.05 and axes.get_ylim()[1] <= 1.05
+
+
+@pytest.mark.parametrize("names", [("shift_x_um", "shift_y_um"), ("track_force_y_left_N", "track_force_y_right_N"),
+                                   ("axial_stiffness_N_um", "radial_stiffness_N_um")])  # fmt: skip
+def test_quantities_of_either_sign_keep_theirs(names: tuple[str, str]) -> None:
+    """Only maxima of several bodies share a diagram, which shows the largest: it would hide what is negative or smaller."""
+    columns = table(**{names[0]: [-3.0, -2.0, 1.0, 2.0] * 2, names[1]: [4.0, 5.0, 6.0, 7.0] * 2})
+    figure = drawn(columns, OVER)
+    curves = {tuple(line.get_ydata()) for axes in figure.axes for line in axes.lines}
+    assert curves >= {(-3.0, -2.0, 1.0, 2.0), (4.0, 5.0, 6.0, 7.0)}
+    assert all("max." in label for label, shown in DIAGRAMS.items() if len(shown) > 1)
 
 
 def test_a_ratio_that_is_one_within_its_error_has_no_diagram() -> None:

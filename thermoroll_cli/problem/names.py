@@ -429,10 +429,9 @@ WHEELSET_SCALARS = _named(
     Scalar("height_mm", "place of the axle below its nominal one", "approach", listed=True),
     Scalar("roll_mrad", "roll, right wheel down", "share", listed=True, diagram="roll (mrad)"),
     Scalar("angular_velocity_rad_s", "angular velocity, forward", listed=True, diagram="angular velocity (rad/s)"),
-    *(Scalar(f"track_force_{axis}_{side}_N", f"{direction} force on the {side} rail", "vertical", listed=True, diagram=diagram)
-      for side in _SIDES
-      for axis, direction, diagram in (("x", "longitudinal", ""), ("y", "lateral", "lateral force on a rail (N)"),
-                                       ("z", "vertical", ""))),
+    *(Scalar(f"track_force_{axis}_{side}_N", f"{direction} force on the {side} rail", "vertical", listed=True,
+             diagram=f"lateral force, {side} rail (N)" if axis == "y" else "")
+      for side in _SIDES for axis, direction in (("x", "longitudinal"), ("y", "lateral"), ("z", "vertical"))),
     *(Scalar(f"track_force_{axis}_N", f"{direction} force on both rails", "vertical", listed=True)
       for axis, direction in (("x", "longitudinal"), ("y", "lateral"), ("z", "vertical"))),
     *(Scalar(f"lateral_over_vertical_{side}", f"lateral over vertical force on the {side} rail", "share", listed=True)
@@ -462,8 +461,8 @@ BEARING_SCALARS = _named(
     Scalar("torque_Nmm", "torque by the friction of the contacts, without film, cage and seals", listed=True,
            diagram="torque of friction (N mm)", brief="torque of the contacts' friction"),
     Scalar("torque_from_forces_Nmm", "the same from forces, not from heat"),
-    Scalar("axial_stiffness_N_um", "axial stiffness", listed=True, diagram="stiffness (N/µm)"),
-    Scalar("radial_stiffness_N_um", "radial stiffness", listed=True, diagram="stiffness (N/µm)"),
+    Scalar("axial_stiffness_N_um", "axial stiffness", listed=True, diagram="axial stiffness (N/µm)"),
+    Scalar("radial_stiffness_N_um", "radial stiffness", listed=True, diagram="radial stiffness (N/µm)"),
     Scalar("life_L10r_Mrev", "reference rating life after ISO/TS 16281", listed=True, diagram="life $L_{10r}$ (Mrev)"),
 )  # fmt: skip
 """Scalars of a ball bearing besides `TOGETHER`."""
@@ -537,8 +536,9 @@ PLACES = _named(Scalar("distance_mm", "distance rolled"), Scalar("time_s", "time
 """Columns of a history that say when."""
 
 HISTORY_SCALARS = _named(
-    Scalar("shift_x_um", "longitudinal shift without rolling", listed=_still, diagram="shift (µm)"),
-    Scalar("shift_y_um", "lateral shift without rolling", listed=_still, diagram="shift (µm)"),
+    Scalar("shift_x_um", "longitudinal shift without rolling", listed=_still,
+           diagram="longitudinal shift (µm)"),
+    Scalar("shift_y_um", "lateral shift without rolling", listed=_still, diagram="lateral shift (µm)"),
     Scalar("elastic_energy_J", "elastic energy of the shear tractions"),
     Scalar("work_J", "work of the tractions since the start", listed=True),
     Scalar("heat_J", "frictional heat since the start", listed=True),
@@ -600,7 +600,7 @@ DIAGRAMS: dict[str, tuple[str, ...]] = {
     label: tuple(name for name, scalar in ALL_SCALARS.items() if scalar.diagram == label)
     for label in dict.fromkeys(scalar.diagram for scalar in ALL_SCALARS.values()) if label
 }
-"""Labels of the diagrams of a sweep and the scalars that each shows."""
+"""Labels of the diagrams of a sweep and the scalars that each shows: of several the largest, as of the bodies' temperatures."""
 
 
 def column_of(name: str, keys: Collection[str] = ()) -> tuple[str, str]:
