@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section
 
 FEW = 3
-"""Pictures that are listed by name."""
+"""Files of one type that are listed by name."""
 
 
 class NoPicture(Exception):
@@ -82,10 +82,11 @@ def deliver(
         said = [line for warning in warnings for line in folded(f"warning: {warning}", width)]
         streams.write(*lines(), *missing, *streams.in_colour(said, streams.YELLOW),
                       *streams.in_colour(folded(reason, width) if reason else [], streams.RED))
-        shown = [*map(str, (*files, *pages)), *map(str, pictures if len(pictures) <= FEW else ())]
-        if len(pictures) > FEW:
-            kinds = ", ".join(f"{to.folder / stem}_*{ending}" for ending in dict.fromkeys(path.suffix for path in pictures))
-            also = f" and {len(pictures)} pictures {kinds}{also}"
+        shown = list[str]()
+        for ending in dict.fromkeys(path.suffix for path in (*files, *pages, *pictures)):
+            same = [path for path in (*files, *pages, *pictures) if path.suffix == ending]
+            kind = "pictures" if same[0] in pictures else "files"
+            shown += map(str, same) if len(same) <= FEW else [f"{len(same)} {kind} {to.folder / stem}_*{ending}"]
         if shown:
             streams.write(f"  wrote {', '.join(shown)}{also}")
     if to.as_json or to.quiet:

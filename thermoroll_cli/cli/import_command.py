@@ -99,10 +99,11 @@ def imported(file: Path, only: int | None = None) -> list[Imported]:
         except LeftOut as cause:
             found.append(Imported(each.number, reason=str(cause)))
         except CaseError as cause:
-            if cause.findings[0].source == str(file):
-                raise
             finding = cause.findings[0]
-            found.append(Imported(each.number, reason=f"{finding.key}: {finding.message}"))
+            if finding.source == str(file):
+                raise
+            allowed = f" (allowed: {finding.allowed})" if finding.allowed else ""
+            found.append(Imported(each.number, reason=f"{finding.headline}{allowed}"))
         if found[-1].case is None:
             before.pop(each.contact, None)
     return [each for each in found if only is None or each.number == only]
@@ -116,7 +117,7 @@ def solved(each: Imported, reference: dict[int, list[float]], overrides: Sequenc
     try:
         result = solve(Case.parse(each.case.text, name=str(folder / each.case.name), overrides=overrides))
     except CaseError as cause:
-        return {**row, "reason": cause.findings[0].message}
+        return {**row, "reason": cause.findings[0].headline}
     except Unsolvable as cause:
         return {**row, "reason": str(cause)}
     result.save(folder / f"{each.case.name}.h5")

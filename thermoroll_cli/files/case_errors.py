@@ -118,13 +118,17 @@ class Finding:
     span: Span | None = None
     line_text: str = ""
 
+    @property
+    def headline(self) -> str:
+        """Key, value and message."""
+        subject = " = ".join(part for part in (self.key, self.value) if part)
+        return f"{subject}: {self.message}" if subject else self.message
+
     def render(self, colour: bool = False) -> str:
         """The finding as text: a headline `file:line:column: error: …`, the line with a caret, and what is allowed."""
         bold, red, blue, plain = ("\x1b[1m", "\x1b[1;31m", "\x1b[34m", "\x1b[0m") if colour else ("", "", "", "")
         place = self.source if self.span is None else f"{self.source}:{self.span.line}:{self.span.column}"
-        subject = " = ".join(part for part in (self.key, self.value) if part)
-        headline = f"{subject}: {self.message}" if subject else self.message
-        lines = [f"{bold}{printable(place)}: {red}error:{plain} {bold}{printable(headline)}{plain}"]
+        lines = [f"{bold}{printable(place)}: {red}error:{plain} {bold}{printable(self.headline)}{plain}"]
         if self.span is not None:
             number = str(self.span.line)
             text, before, marked = _clip(self.line_text, self.span)
