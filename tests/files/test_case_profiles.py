@@ -206,6 +206,7 @@ def test_files_that_are_no_profile(tmp_path, content, told):
         ("points_mm = [[0.0, 0.0]]\n", "2 to 2000 pairs"),
         ("points_mm = [[0.0, 0.0], [1.0]]\n", "2 to 2000 pairs"),
         ("points_mm = [[0.0, 0.0], [0.0, 1.0]]\n", "point 2: y does not increase"),
+        ("points_mm = [[0.0, 0.0], [5e-324, 1.0]]\n", "point 2: y does not increase"),
         ("points_mm = [[-3.0, -1e300], [0.0, 0.0]]\n", "point 1: -1e+300 is beyond 1e+06 mm"),
         ("points_mm = [[0.0, nan], [1.0, 0.0]]\n", "2 to 2000 pairs"),
         ("offset_mm = 1.0\n", "neither points_mm nor file nor kind"),

@@ -28,6 +28,13 @@ ARC = below(points(lambda y: -(y**2) / (2.0 * 40.0), -4.0, 4.0, 41), 0.02)
 BALL = Geometry(math.inf, math.inf, 0.02, 0.04)
 
 
+@pytest.mark.parametrize("load", [1e-12, 1e-6, 1.0])
+def test_a_contact_between_two_samples_of_the_profile_is_found(load):
+    """Of 4001 places across, 2 µm apart, none or one lies in the smallest contact, of 8 nm."""
+    scales, hertz = contact_scales(ARC, MODULUS, load), hertz_contact(1.0 / 0.02, 1.0 / 0.04, MODULUS, load)
+    assert (scales.semi_axis_x, scales.semi_axis_y) == pytest.approx((hertz.semi_axis_x, hertz.semi_axis_y), rel=0.02)
+
+
 # --- against CONTACT ---------------------------------------------------------------------------------------------------
 
 

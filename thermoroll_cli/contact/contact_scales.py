@@ -109,9 +109,16 @@ def contact_scales(
         return _of_smooth(geometry, bodies, given)
     low, high = geometry.limits
     mirror = geometry.symmetric
-    y = np.linspace(low, high, OVERLAP_SAMPLES)
-    gap = geometry.across(y)
-    depth = given.depth if isinstance(given, Approach) else _overlap(y, gap, bodies.softest, given)
+    first, last = low, high
+    for _ in range(ATTEMPTS):
+        y = np.linspace(first, last, OVERLAP_SAMPLES)
+        gap = geometry.across(y)
+        depth = given.depth if isinstance(given, Approach) else _overlap(y, gap, bodies.softest, given)
+        if np.count_nonzero(gap < depth) > 1:
+            break
+        # The contact lies between two samples.
+        closest, step = y[np.argmin(gap)], y[1] - y[0]
+        first, last = max(low, closest - step), min(high, closest + step)
     for _ in range(ATTEMPTS):
         inside = y[gap < depth]
         rear, front = geometry.along(depth, inside)
@@ -203,6 +210,8 @@ def _overlap(y: Array, gap: Array, contact_modulus: float, normal_force: float) 
         return stiffness * float(np.maximum(depth - finite, 0.0).sum())
 
     upper = 1e-12
+    while load(upper) >= normal_force:
+        upper *= 0.5
     while load(upper) < normal_force:
         upper *= 2.0
     return 1.2 * float(scipy.optimize.brentq(lambda depth: load(depth) - normal_force, 0.5 * upper, upper, xtol=1e-12 * upper))

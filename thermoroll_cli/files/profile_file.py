@@ -186,7 +186,7 @@ def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
         return "nan and inf are no heights"
     if abs(largest := max(points[k], key=abs)) > 1e6:
         return f"{largest:g} is beyond 1e+06 mm"
-    if k and not points[k][0] > points[k - 1][0]:
+    if k and not 1e-3 * points[k][0] > 1e-3 * points[k - 1][0]:  # in m, too
         return f"y does not increase: {points[k][0]:g} after {points[k - 1][0]:g}"
     return ""
 
