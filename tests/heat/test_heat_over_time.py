@@ -39,15 +39,11 @@ def warmed(
     def end(time: float, *, constant: bool = False) -> End:
         return End(time, ((moved(time), 0.0), (moved(time), 0.0)), constant)
 
-    memory.add(
-        Heat(DividedHeat(flux(times[0]), 1.0, slope=slope), HeatResponse(grid, body, body)),
-        end(times[0]),
-        ever=steady_speed is not None,
-    )
+    memory.add(DividedHeat(flux(times[0]), 1.0, slope=slope), end(times[0]), (body, body) if steady_speed is not None else None)
     for i, time in enumerate(times[1:]):
         now = end(time, constant=jumps and i == 0)
         heat = Heat(DividedHeat(flux(time), 1.0, slope=slope), memory.own(now), before=memory.before(now))
-        memory.add(heat, now)
+        memory.add(heat.into, now)
     return heat.temperatures()[0]
 
 

@@ -19,6 +19,11 @@ from tests.support.command_line import call, thermoroll
 from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
+from thermoroll_cli.history.course import History
+from thermoroll_cli.history.kept_steps import journal_of
+from thermoroll_cli.history.solve import HistorySolver
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.steady_state.fixed_point import fixed_point
 
 BALL: dict[str, Any] = {
     "material": {"youngs_modulus_GPa": 0.00256, "poisson_ratio": 0.28},
@@ -35,7 +40,9 @@ WARM = {**BALL["material"], "conductivity_W_mK": 50, "expansion_um_mK": 11, "dif
 
 
 def ball(**tables: dict[str, Any]) -> dict[str, Any]:
-    return {**BALL, **{name: {**BALL.get(name, {}), **table} for name, table in tables.items()}}
+    """The case with other tables; None takes a key out."""
+    return {**BALL, **{name: {key: value for key, value in {**BALL.get(name, {}), **table}.items() if value is not None}
+                       for name, table in tables.items()}}
 
 
 def test_columns_and_their_errors() -> None:
@@ -208,19 +215,72 @@ def test_a_fit_to_a_record_over_time() -> None:
         fit(steady, {"distance_mm": [8.0], "force_x_N": [0.1]}, ["load.friction_coefficient"])
 
 
-def test_an_interruption_keeps_the_rows(tmp_path: Path) -> None:
-    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(numerics={"grid": 64}, history={"steps": 1000})).to_toml())
+def test_an_interruption_keeps_the_rows_and_resume_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 120})).to_toml())
     with subprocess.Popen([sys.executable, "-m", "thermoroll_cli", "run", "ball.toml", "-o", ".", "-v"], cwd=tmp_path,
                           stderr=subprocess.PIPE, text=True) as running:
         assert running.stderr is not None
         for line in running.stderr:
-            if "grid 64×64" in line:
+            if "grid 16×16" in line:
                 running.send_signal(signal.SIGINT)
                 break
         rest = running.stderr.read()
-    assert running.returncode == 130 and "rows up to here" in rest
+    assert running.returncode == 130 and "rows up to here" in rest and "--resume goes on" in rest
     rows = read_table(tmp_path / "ball_history.csv")
-    assert 1 <= rows.count < 1000 and "uncertainty.force_x_N" in rows and not (tmp_path / "ball.h5").exists()
+    assert 1 <= rows.count < 120 and "uncertainty.force_x_N" in rows and not (tmp_path / "ball.h5").exists()
+    again = "run", tmp_path / "ball.toml", "-o", tmp_path, "--no-plots", "--resume"
+    other = call(*again, "--set", "load.friction_coefficient=0.3")
+    assert other.returncode == 5 and "ball_history.jsonl: of another history" in other.stderr
+    assert call(*again).returncode == 0 and not (tmp_path / "ball_history.jsonl").exists()
+    resumed, whole = read_table(tmp_path / "ball_history.csv"), solve(Case.of(tmp_path / "ball.toml")).history
+    assert whole is not None and list(resumed) == list(whole)
+    for name in ("force_x_N", "uncertainty.force_x_N", "Q_F_W", "work_J"):
+        assert resumed[name] == pytest.approx(whole[name], rel=1e-8, abs=1e-12), name
+
+
+REMEMBERING: list[dict[str, Any]] = [
+    {"history": {"values": {"creepage.longitudinal": [0.001, 0.003, 0.003], "load.normal_N": [0.4, 0.5, 0.6]},
+                 "fields_every": 2}},
+    {"material": {"lower": WARM, "upper": {**WARM, "conductivity_W_mK": 20, "youngs_modulus_GPa": 0.003},
+                  "youngs_modulus_GPa": None, "poisson_ratio": None},
+     "thermal": {"partition": "matched", "deformation": False}},
+    {"friction": {"law": "exponential", "limit_coefficient": 0.2, "half_slip_m_s": 0.001, "memory_um": 1000}},
+]
+
+
+@pytest.mark.parametrize("tables", REMEMBERING)
+def test_a_history_goes_on_with_all_that_it_remembers(
+    tables: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is stopped in the middle of its finest grid, and solves none of the kept steps again."""
+    case = Case.from_dict(ball(**{**tables, "history": {"steps": 6, **tables.get("history", {})}}))
+    task, solved, stop = case.task, list[Any](), True
+    assert isinstance(task, History)
+    monkeypatch.setattr("thermoroll_cli.history.steps.fixed_point", lambda *a, **k: solved.append(a) or fixed_point(*a, **k))
+
+    def report(stage: str, info: Any) -> None:
+        if stop and info["grid"] == [16, 16] and len(solved) > 12:
+            raise InterruptedError
+
+    def run(*, resume: bool) -> Result:
+        with journal_of(tmp_path / "steps.jsonl", task, case.to_json(), resume=resume) as journal:
+            return HistorySolver().solve(task, report=report, journal=journal)
+
+    with pytest.raises(InterruptedError):
+        run(resume=False)
+    stop, before = False, len(solved)
+    found, again = run(resume=True), len(solved) - before
+    whole = solve(case)
+    # The beginning of each of three runs, and the last steps of two, are solved again.
+    assert again == len(solved) - again - before - (before - 5)
+    assert found.history is not None and whole.history is not None and list(found.history) == list(whole.history)
+    for name, column in whole.history.numbers.items():
+        size = float(np.nan_to_num(np.abs(column)).max())
+        close = 1e-2 if name.startswith("uncertainty.") else 1e-4
+        assert found.history[name] == pytest.approx(column, abs=close * size, nan_ok=True), name
+    assert found.history.states.keys() == whole.history.states.keys()
+    for number, state in whole.history.states.items():
+        assert np.allclose(found.history.states[number].fields["shear_x"], state.fields["shear_x"], rtol=1e-4)
 
 
 def test_nothing_rolls() -> None:

@@ -20,6 +20,9 @@ from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
+from thermoroll_cli.history.course import History
+from thermoroll_cli.history.kept_steps import journal_of
+from thermoroll_cli.history.solve import HistorySolver
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
@@ -49,6 +52,7 @@ def run(
     dpi: options.Dpi = None,
     normalised: options.Normalised = False,
     report: options.Report = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with contacts over time where DIR has them stopped.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -56,7 +60,8 @@ def run(
 
     Writes DIR/NAME.h5 and DIR/NAME_*.png and prints a table of scalars with estimated errors. NAME is the name of the
     case file without .toml (stdin for standard input). All cases are checked before the first is solved. With several
-    cases the exit code is that of the worst.
+    cases the exit code is that of the worst. Every step of a contact over time is kept in DIR/NAME_history.jsonl until its
+    result is written.
     """
     if not cases and not from_results:
         raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
@@ -78,7 +83,7 @@ def run(
 
     def run_case(case: Case) -> int:
         to = Ending(output, as_json, options.plots_of(case, plots, no_plots), formats, dpi, report, quiet)
-        return _run_case(case, to=to, normalised=normalised, threads=threads, verbose=verbose)
+        return _run_case(case, to=to, normalised=normalised, resume=resume, threads=threads, verbose=verbose)
 
     codes = [_attempt(case, run_case, as_json=as_json) for case in valid]
     raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
@@ -101,13 +106,14 @@ def _attempt(case: Case, run_case: Callable[[Case], int], *, as_json: bool) -> i
     return ExitCode.INPUT_OUTPUT
 
 
-def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose: bool) -> int:
+def _run_case(case: Case, *, to: Ending, normalised: bool, resume: bool, threads: int, verbose: bool) -> int:
     task = case.task
     plan = KINDS[type(task)].plan
     progress = Progress(case.name, quiet=to.quiet, verbose=verbose,
                         steps=tuple if plan is None else lambda: plan(task).steps,
                         at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
     so_far: Callable[[], Result] | None = None
+    steps = to.folder / f"{case.name}_history.jsonl"
 
     def report(stage: str, info: Mapping[str, Any]) -> None:
         nonlocal so_far
@@ -116,17 +122,26 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, threads: int, verbose
 
     try:
         with progress:
-            result = solve(task, threads=threads, report=report).with_case(case.text, case.to_json())
+            if isinstance(task, History):
+                with journal_of(steps, task, case.to_json(), resume=resume) as journal:
+                    result = HistorySolver(threads).solve(task, report=report, journal=journal)
+            else:
+                result = solve(task, threads=threads, report=report)
+            result = result.with_case(case.text, case.to_json())
     except Interrupted:
         if so_far is not None:
             kept = _write_history(so_far().with_case(case.text, case.to_json()), to.folder, case.name)
-            streams.note(f"thermoroll: {case.name}: interrupted; the rows up to here are in {', '.join(map(str, kept))}")
+            streams.note(f"thermoroll: {case.name}: interrupted; the rows up to here are in {', '.join(map(str, kept))}; "
+                         "--resume goes on")
         raise
     target = to.folder / f"{case.name}.h5"
 
     def write() -> list[Path]:
         write_result(target, result, options.command_line())
-        return [target, *_write_history(result, to.folder, case.name)]
+        files = [target, *_write_history(result, to.folder, case.name)]
+        if result.history is not None:
+            steps.unlink()
+        return files
 
     def draw() -> Iterator[Path]:
         from thermoroll_cli.plots import pictures

@@ -17,8 +17,8 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal_lags import Effect, Interval, interval_tables
-from thermoroll_cli.heat.frictional_heat import Before, Heat
-from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse
+from thermoroll_cli.heat.frictional_heat import Before
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
 
@@ -72,14 +72,14 @@ class HeatMemory:
         self._kept = self._used
         self._tables = lru_cache(maxsize=TABLES)(self._tables_of)
 
-    def add(self, heat: Heat, end: End, *, ever: bool = False) -> None:
-        """Remember the `heat` at the `end` of a step. `ever`: it has been the same at all times before."""
-        assert isinstance(heat.response, HeatResponse)
-        if ever:
-            self._ever = heat.response.bodies
-        flux, slope = (self.convolution.forward(field) for field in (heat.flux, heat.response.changes(heat.into)))
-        exchanged = None if heat.into.exchanged is None else self.convolution.forward(heat.into.exchanged)
-        self._released.append(_Released(end, flux, slope, exchanged, heat.into.share))
+    def add(self, heat: DividedHeat, end: End, ever: tuple[HeatedBody, HeatedBody] | None = None) -> None:
+        """Remember the `heat` at the `end` of a step, with its slopes. If it has been the same at all times before, bodies have
+        moved as in `ever`."""
+        self._ever = ever or self._ever
+        assert heat.slope is not None
+        flux, slope = (self.convolution.forward(field) for field in (heat.total, heat.slope))
+        exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
+        self._released.append(_Released(end, flux, slope, exchanged, heat.share))
 
     def before(self, now: End) -> Before:
         """What all heat remembered does at the end of the next step."""

@@ -66,6 +66,11 @@ class Course:
             return np.unique(self.places)
         return np.linspace(self.places[0], self.places[-1], self.steps + 1)
 
+    @property
+    def places_of_fields(self) -> Array:
+        """The rows that keep their fields."""
+        return self.rows[:: self.fields_every] if self.fields_every else self.rows[:0]
+
     @cached_property
     def jumps(self) -> tuple[float, ...]:
         """Places at which inputs jump."""

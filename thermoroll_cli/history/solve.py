@@ -13,6 +13,7 @@ from scipy.ndimage import maximum_filter1d
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.history.course import VARIED, History
+from thermoroll_cli.history.kept_steps import KeptSteps
 from thermoroll_cli.history.steps import Moment, Steps
 from thermoroll_cli.problem.columns import CONVERGED, Columns
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -25,6 +26,7 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.steady_state.scalars import patches_of, problem_scalars
 from thermoroll_cli.steady_state.solvable import reasons_against
+from thermoroll_cli.tasks.journal import Journal
 
 COARSEST = 8
 """Elements per side of a coarser grid that gives error estimates."""
@@ -60,29 +62,34 @@ class HistorySolver:
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         self._threads, self._options = threads, options
 
-    def solve(self, history: History, *, report: Report | None = None) -> Result:
+    def solve(self, history: History, *, report: Report | None = None, journal: Journal | None = None) -> Result:
         """The result of the last state, with the columns of all. What is reported of a step may have `so_far`, a function that
-        makes the result up to there. Raises Unsolvable where friction cannot carry a force."""
+        makes the result up to there. Steps go into the `journal`, if there is one, and those that it has are not solved again.
+        Raises Unsolvable where friction cannot carry a force, JournalError."""
         _check(history)
         extent = max(history.problem.numerics.extent, SMALLEST_EXTENT)
         count = len(history.course.rows) - 1
         doubtful = count < FEW and history.problem.motion.speed > 0.0 and history.problem.numerics.accuracy is None
         warnings = few = [f"few steps ({count}): errors may be larger than estimated; set history.steps"] if doubtful else []
         while True:
-            found = self._refined(history, extent, warnings, report)
+            found = self._refined(history, extent, warnings, report, journal)
             if found is not None:
                 return found
             extent *= GROWTH
             warnings = [*few, f"the contact reached the rim of the domain: extent grown to {extent:g}"]
 
-    def _refined(self, history: History, extent: float, warnings: Sequence[str], report: Report | None) -> Result | None:
+    def _refined(
+        self, history: History, extent: float, warnings: Sequence[str], report: Report | None, journal: Journal | None
+    ) -> Result | None:
         """The result on grids with ever more elements and steps, until it is as accurate as asked; None where the contact
         reaches the rim of a domain that may grow."""
         level, accuracy, grids = None, history.problem.numerics.accuracy, list(_grids(history))
         for shape, runs in grids:
             level = _Level(history, [] if level is None else level.rows, warnings)
             for moment in chain.from_iterable(
-                    Steps(history, shape, self._options, self._threads, extent).moments(places) for places in runs):
+                    Steps(history, shape, self._options, self._threads, extent).moments(
+                        places, KeptSteps(journal, f"{extent:g}/{shape[0]}x{shape[1]}/{run}"))
+                    for run, places in enumerate(runs)):
                 level.add(moment)
                 if report is not None:
                     report("tangential", {
@@ -119,9 +126,8 @@ class _Level:
         """The end of a step, which is a row where the course has one."""
         self._last, self._work, self._solved = moment, self._work + moment.applications, self._solved and moment.converged
         if moment.place in self.history.course.rows:
-            every, number = self.history.course.fields_every, len(self.rows)
             self.rows.append(Row(moment.place, moment.time, moment.distance, moment.reported.scalars, self._work, self._solved,
-                                 moment.reported if every and number % every == 0 else None))
+                                 moment.reported if moment.place in self.history.course.places_of_fields else None))
             self._work, self._solved = 0, True
 
     def result(self) -> Result:

@@ -30,8 +30,9 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.heat_over_time import End, HeatMemory, Place
-from thermoroll_cli.heat.heat_response import ThermalResponse
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse, ThermalResponse
 from thermoroll_cli.history.course import History
+from thermoroll_cli.history.kept_steps import NOTHING_KEPT, KeptSteps
 from thermoroll_cli.numerics.grid import Grid, Prolongation
 from thermoroll_cli.problem.contact import Contact, Past, Traction
 from thermoroll_cli.problem.problem import Problem
@@ -114,29 +115,41 @@ class Steps:
         self._mirror = None if given else DerivedQuantities(history.most).kinematics.mirror_on(
             shape[1], heated=problem.friction_varies or self._hot)
 
-    def moments(self, rows: Array) -> Iterator[Moment]:
-        """The states at the places `rows`, with further steps to the `stops` between them."""
-        course, tolerances = self.history.course, self._options.tolerances
+    def moments(self, rows: Array, kept: KeptSteps = NOTHING_KEPT) -> Iterator[Moment]:
+        """The states at the places `rows`, with further steps to the `stops` between them. The beginning, the last step, and
+        those that are not `kept` are solved."""
+        course = self.history.course
         stops = np.unique(np.concatenate([rows, [stop for stop in self.history.stops if rows[0] < stop < rows[-1]]]))
         times, distances = self.history.clock(stops)
         here, state = self._begin(float(rows[0]))
         reached = self._arrived(here, state.contact, float(stops[0]), float(times[0]), float(distances[0]))
-        if self._memory is not None:
-            self._memory.add(here.heat(state.contact), reached.end, ever=course.begin == "steady")
-        yield self._moment(here, state, reached, state.applications, converged=state.converged)
+        heat = self._released(here, state.contact)
+        if self._memory is not None and heat is not None:
+            bodies = heated_bodies(here.derived.problem, *state.contact.tangential.creepage)
+            self._memory.add(heat, reached.end, bodies if course.begin == "steady" else None)
+        yield _moment(here, state, reached, self._reported(here, state, reached), state.applications, converged=state.converged)
         before: _Reached | None = None
         work, solved = 0, True
-        for stop, time, distance in zip(stops[1:].tolist(), times[1:].tolist(), distances[1:].tolist(), strict=True):
+        ends = zip(stops[1:].tolist(), times[1:].tolist(), distances[1:].tolist(), strict=True)
+        for number, (stop, time, distance) in enumerate(ends, 1):
+            known = kept.find(number, here.grid) if stop < rows[-1] else None
             jumps = reached.place in course.jumps
-            here, now = self._here(stop, time, distance, reached, None if jumps else before, jumps=jumps)
-            state = fixed_point(here, first_guess(here, reached.contact, hot=self._hot), tolerances,
-                                learnt=Learnt(HEAT.first_residual, state.secants))
+            here, now = self._here(stop, time, distance, reached, None if jumps else before, jumps=jumps, heats=known is None)
+            state = known.state if known is not None else fixed_point(
+                here, first_guess(here, reached.contact, hot=self._hot), self._options.tolerances,
+                learnt=Learnt(HEAT.first_residual, state.secants))
             work, solved = work + state.applications, solved and state.converged
             before, reached = reached, self._after(here, state.contact, stop, now, distance, reached)
-            if self._memory is not None:
-                self._memory.add(here.heat(state.contact), now)
-            if stop in rows:
-                yield self._moment(here, state, reached, work, converged=solved)
+            heat = known.heat if known is not None else self._released(here, state.contact)
+            if self._memory is not None and heat is not None:
+                self._memory.add(heat, now)
+            if known is not None:
+                reported: State | None = State(known.fields, known.scalars, here.grid.x, here.grid.y)
+            else:
+                reported = self._reported(here, state, reached) if stop in rows else None
+                kept.keep(number, state, heat, reported, whole=stop in course.places_of_fields)
+            if reported is not None and stop in rows:
+                yield _moment(here, state, reached, reported, work, converged=solved)
                 work, solved = 0, True
 
     # --- the beginning -----------------------------------------------------------------------------------------------
@@ -167,9 +180,9 @@ class Steps:
     # --- one step ----------------------------------------------------------------------------------------------------
 
     def _here(
-        self, place: float, time: float, distance: float, last: _Reached, before: _Reached | None, *, jumps: bool
+        self, place: float, time: float, distance: float, last: _Reached, before: _Reached | None, *, jumps: bool, heats: bool
     ) -> tuple[Discretisation, End]:
-        """The problem of the step that ends at `place`, with its past and its heat before."""
+        """The problem of the step that ends at `place`, with its past and, if it `heats`, its heat before."""
         problem, grid, step = self.history.problem_at(place), self._base.grid, distance - last.distance
         if step == 0.0:
             shift = self.history.shift_at(place)
@@ -186,7 +199,7 @@ class Steps:
             past = Past(rate, last.u * one - before.u * two, self._mirror, friction=friction)
         constant = jumps or not past.rolls or not last.rolls
         now = End(time, self._moved(problem, step, last, constant=constant), constant)
-        heat = None if self._memory is None else _StepHeat(self._memory, now)
+        heat = _StepHeat(self._memory, now) if self._memory is not None and heats else None
         return self._base.under(DerivedQuantities(problem, past), heat), now
 
     def _moved(self, problem: Problem, step: float, last: _Reached, *, constant: bool) -> tuple[Place, Place]:
@@ -244,9 +257,15 @@ class Steps:
             u = u + here.traction.coupling.tangential_displacement(contact.normal.pressure)
         return u
 
-    def _moment(
-        self, here: Discretisation, state: SteadyState, reached: _Reached, applications: int, *, converged: bool
-    ) -> Moment:
+    def _released(self, here: Discretisation, contact: Contact) -> DividedHeat | None:
+        """The heat of a state with its slopes; None where heat is not computed."""
+        if self._memory is None:
+            return None
+        heat = here.heat(contact)
+        assert isinstance(heat.response, HeatResponse)
+        return replace(heat.into, slope=heat.response.changes(heat.into))
+
+    def _reported(self, here: Discretisation, state: SteadyState, reached: _Reached) -> State:
         reported = reported_state(here, state.contact, heated=self._memory is not None)
         tangential = state.contact.tangential
         stored = 0.5 * float((tangential.traction * here.traction.displacement(here.derived, tangential)).sum())
@@ -258,8 +277,14 @@ class Steps:
             # Over a distance rolled there is nothing.
             scalars |= dict.fromkeys(("creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm", "T_gamma_N",
                                       "T_gamma_without_spin_N"), math.nan)
-        return Moment(reached.place, reached.end.time, reached.distance, here, state, replace(reported, scalars=scalars),
-                      applications, converged and tangential.converged)
+        return replace(reported, scalars=scalars)
+
+
+def _moment(
+    here: Discretisation, state: SteadyState, reached: _Reached, reported: State, applications: int, *, converged: bool
+) -> Moment:
+    return Moment(reached.place, reached.end.time, reached.distance, here, state, reported, applications,
+                  converged and state.contact.tangential.converged)
 
 
 def _rigid(here: Discretisation, contact: Contact) -> Array:
