@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
@@ -20,6 +20,8 @@ from thermoroll_cli.problem.geometry import ContactGeometry, Unsolvable
 
 COARSE_GRID = (32, 64)
 """Elements along and across rolling on which a profile's contact is looked for: two patches need more across than along."""
+COARSE_LINE = 128
+"""Elements on which a line contact is looked for."""
 DOMAIN_OVER_CONTACT = 1.1
 """Sides of the domain over those of the contact in it, as on the grids of the solution proper."""
 DOMAIN_FITS = 3
@@ -63,10 +65,14 @@ class ContactScales:
     @classmethod
     def of_hertz(cls, hertz: HertzContact) -> ContactScales:
         if math.isinf(hertz.semi_axis_y):
-            a = hertz.semi_axis_x
-            return cls(a, a, hertz.peak_pressure, a * a * hertz.curvature_x, hertz.normal_force, hertz.area, a)
+            return cls.of_line(hertz.semi_axis_x, hertz.curvature_x, hertz.peak_pressure, hertz.normal_force)
         return cls(hertz.semi_axis_x, hertz.semi_axis_y, hertz.peak_pressure, hertz.approach, hertz.normal_force, hertz.area,
                    hertz.mean_radius)
+
+    @classmethod
+    def of_line(cls, half: float, curvature: float, peak: float, load: float) -> ContactScales:
+        """Those of a line contact of this `half`-width between cylinders of a relative `curvature` (1/m)."""
+        return cls(half, half, peak, half * half * curvature, load, 2.0 * half, half)
 
     @property
     def reaches_an_end(self) -> bool:
@@ -150,7 +156,8 @@ def _of_smooth(geometry: ContactGeometry, bodies: _Bodies, given: Given) -> Cont
             box = _Box(1.5 * box.half_x, 1.5 * box.low, 1.5 * box.high)
             continue
         solution, fits = attempt, fits + 1
-        box = _Box.around(solution.scales)
+        found = _Box.around(solution.scales)
+        box = replace(found, low=box.low, high=box.high) if math.isinf(box.high) else found
         if fits == DOMAIN_FITS:
             return solution.scales
     raise Unsolvable("no contact of these bodies was found", "material")
@@ -223,8 +230,9 @@ def _solve(
 ) -> _Found | None:
     """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends. `before`
     is the start: the solution on another box, or how deep (m) rigid bodies overlap."""
-    nx, ny = COARSE_GRID
-    grid = Grid.over(COARSE_GRID, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high), box.centre_x)
+    line = math.isinf(box.high)
+    nx, ny = shape = (COARSE_LINE, 1) if line else COARSE_GRID
+    grid = Grid.over(shape, 2.0 * box.half_x, box.high - box.low, 0.0 if line else 0.5 * (box.low + box.high), box.centre_x)
     cosine = approach_weight(geometry, grid.y)
     gap = geometry.gap(grid.x, grid.y) / cosine
     start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
@@ -233,12 +241,11 @@ def _solve(
     solution = solver.solve(gap, given, start, COARSE_TOLERANCE)
     share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
-    slack = 1e-9 * (limits[1] - limits[0])
+    slack = 0.0 if line else 1e-9 * (limits[1] - limits[0])
     at_end = box.low <= limits[0] + slack, box.high >= limits[1] - slack
     first, last = columns[0] == 0, columns[-1] == ny - 1
     if rows[0] == 0 or rows[-1] == nx - 1 or (first and not at_end[0]) or (last and not at_end[1]):
         return None
-    edge = geometry.free_ends
     along, centre_x = share.sum(axis=0).max() * grid.dx, 0.0
     if geometry.leans:
         # A patch that leans spans more than its longest line of rolling.
@@ -249,6 +256,10 @@ def _solve(
         rear = grid.x[rows[0]] - part[rows[0] : rows[0] + 2].sum() * grid.dx
         front = grid.x[rows[-1]] + part[rows[-1] + 1 : rows[-1] + 3].sum() * grid.dx
         along, centre_x = front - rear, 0.5 * (front + rear)
+    if line:
+        found = ContactScales.of_line(0.5 * float(along), geometry.curvature_x, peak_value(solution.pressure),
+                                      solver.load(solution.pressure))
+        return _Found(replace(found, converged=solution.converged, centre_x=float(centre_x)), grid, solution.pressure)
     # Covered parts and half an element of room: with whole elements the domains of neighbouring problems would jump.
     covered = np.pad(share.max(axis=0), 1)
     low = grid.y[columns[0]] - covered[columns[0] : columns[0] + 2].sum() * grid.dy
@@ -256,6 +267,7 @@ def _solve(
     area = float(share.sum()) * grid.element_area
     # Rounding in the centre would end the symmetry of profiles that wear on such a grid.
     centre = 0.0 if mirror else float(0.5 * (low + high))
+    edge = geometry.free_ends
     ends = bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])
     peak = peak_value(solution.pressure / cosine)
     line = solution.pressure.sum(axis=0)

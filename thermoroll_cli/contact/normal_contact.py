@@ -122,11 +122,12 @@ class NormalSolver:
         return self.displacement(pressure)
 
     def hysteresis(self, pressure: Array) -> float:
-        """∬ p ∂u_z/∂x in N: what `pressure` (Pa, (nx, ny)) loses in bodies that relax, per distance rolled."""
+        """∬ p ∂u_z/∂x in N (of a line contact N/m): what `pressure` (Pa, (nx, ny)) loses in bodies that relax, per distance
+        rolled."""
         if self._symmetric:
             return 0.0
         hat = self._convolution.forward(pressure)
-        return -self._convolution.drift(np.abs(hat) ** 2 * self._kernel.imag) * self.grid.dy
+        return -self._convolution.drift(np.abs(hat) ** 2 * self._kernel.imag) * self.grid.element_area / self.grid.dx
 
     @property
     def below_stiff_layers(self) -> bool:

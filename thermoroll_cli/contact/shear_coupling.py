@@ -80,7 +80,7 @@ class NormalShearCoupling:
             return 0.0
         self._with_displacement_kernels()
         pressed = self._convolution.forward(pressure)
-        return -2.0 * self.grid.dy * sum(
+        return -2.0 * self.grid.element_area / self.grid.dx * sum(
             self._convolution.drift(kernel.real * np.imag(self._convolution.forward(part).conj() * pressed))
             for part, kernel in zip(traction, self._displacement_kernels, strict=True) if part.any())
 

@@ -32,7 +32,8 @@ WIDTH = 0.6
 
 def has_stiff_layers(grid: Grid, coatings: Coatings) -> bool:
     """Whether the compliance falls more steeply than 1/k between the longest and the shortest waves on the grid."""
-    longest, shortest = max(grid.nx * grid.dx, grid.ny * grid.dy), min(grid.dx, grid.dy)
+    longest = max(n * side for n, side in zip(grid.sides, (grid.dx, grid.dy), strict=False))
+    shortest = min(grid.dx, grid.dy)
     compliance = coatings.compliance(np.pi * np.geomspace(1.0 / longest, 1.0 / shortest, 64))["nn"]
     return bool((np.maximum.accumulate(compliance) / compliance).max() > STEEP)
 
@@ -41,7 +42,7 @@ class Blocks:
     """Blocks of elements of a grid, symmetric about its middle, and their compliance."""
 
     def __init__(self, grid: Grid, contact_modulus: float, coatings: Coatings) -> None:
-        side = math.sqrt(grid.nx * grid.dx * grid.ny * grid.dy) / BLOCKS
+        side = grid.size / BLOCKS
         sizes = [max(round(side / spacing), 1) for spacing in (grid.dx, grid.dy)]
         counts = [2 * math.ceil(n / (2 * size)) for n, size in zip(grid.shape, sizes, strict=True)]
         self._sums, self._interpolations = [], []

@@ -494,8 +494,6 @@ def _line(sections: Sections) -> Iterator[Conflict]:
         yield Conflict(path, message, allowed, at_key=True)
     if not is_line(sections):
         return
-    for path, message, allowed in _homogeneous(sections, "is not computed for line contacts"):
-        yield Conflict(path, message, allowed, at_key=True)
     thermal = sections.get("thermal")
     if thermal is not None and thermal.heat and thermal.peclet != "rolling":
         yield Conflict(("thermal", "peclet"), "a line contact has no steady temperature where its heat rests on a body",

@@ -116,16 +116,18 @@ class Coatings:
         """Symbols (py//2+1, px) on a plane of `padded` elements: u_z under p, u_x under q_x, u_y under q_y, u_x under q_y."""
         px, py = padded
         theta_x, theta_y = 2.0 * np.pi * np.fft.fftfreq(px), 2.0 * np.pi * np.fft.rfftfreq(py)[:, None]
-        smallest = np.pi / max(px * dx, py * dy)
+        strips = math.isinf(dy)  # on which nothing varies across
+        smallest = np.pi / (px * dx if strips else max(px * dx, py * dy))
         sums = np.zeros((4, py // 2 + 1, px))
         for along in (-1, 0, 1):
-            for across in (-1, 0, 1):
-                x, y = (theta_x + 2.0 * np.pi * along) / dx, (theta_y + 2.0 * np.pi * across) / dy
+            for across in (0,) if strips else (-1, 0, 1):
+                phase_x, phase_y = theta_x + 2.0 * np.pi * along, (theta_y + 2.0 * np.pi * across) * (not strips)
+                x, y = phase_x / dx, phase_y / dy
                 k = np.maximum(np.hypot(x, y), smallest)
-                # The mean has no direction.
-                cosine = np.where(k > smallest, (x / k) ** 2, 0.5)
+                # The mean has no direction but that of strips.
+                cosine = np.where(k > smallest, (x / k) ** 2, 1.0 if strips else 0.5)
                 c = self.compliance(k)
-                weight = np.sinc(0.5 * x * dx / np.pi) * np.sinc(0.5 * y * dy / np.pi) / k
+                weight = np.sinc(0.5 * phase_x / np.pi) * np.sinc(0.5 * phase_y / np.pi) / k
                 sums += weight * np.stack([c["nn"], c["tt"] * cosine + c["ss"] * (1.0 - cosine),
                                            c["ss"] * cosine + c["tt"] * (1.0 - cosine), (c["tt"] - c["ss"]) * x * y / k**2])
         nn, xx, yy, xy = sums

@@ -12,6 +12,7 @@ vector the problem is scalar. Source: the stiffness-matrix method for layered me
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -21,7 +22,8 @@ from typing import Literal
 import numpy as np
 import scipy
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.halfspace.oscillations import strip_response, up_to_a_constant
 from thermoroll_cli.numerics.quadrature import gauss_points
 from thermoroll_cli.problem.problem import Layer, Material
 
@@ -62,7 +64,7 @@ class Constants:
     def of(cls, youngs_modulus: float, poisson_ratio: float) -> Constants:
         shear_modulus = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
         displacement = np.array([[1.0, 0.0], [-1.0, 4.0 * poisson_ratio - 3.0]])
-        stress = shear_modulus * np.array([[-1.0, 2.0 * poisson_ratio - 1.0], [1.0, 2.0 * (1.0 - poisson_ratio)]])
+        stress = np.multiply.outer(shear_modulus, [[-1.0, 2.0 * poisson_ratio - 1.0], [1.0, 2.0 * (1.0 - poisson_ratio)]])
         downward = stress @ np.linalg.inv(displacement)
         return cls(shear_modulus, displacement, stress, downward, -MIRROR @ downward @ MIRROR)
 
@@ -184,6 +186,9 @@ class RadialFunctions:
                           + (self.weighted(np.log(inside)) * beyond if beyond.any() else 0.0))
 
 
+DEEPEST = 30.0
+"""Wave number times the thickness of the uppermost layer above which its material is all there is."""
+
 NEAR = 3.5
 """Offsets in elements up to which an element is integrated in polar coordinates about the point where it is seen."""
 ANGLES = 24
@@ -298,6 +303,8 @@ class LayeredBody:
     @lru_cache(maxsize=32)  # noqa: B019 - points of a sweep share them, and few bodies are kept
     def tables(self, kind: TableKind, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, ...]:
         """u_z under p ("normal"); u_x under q_x, u_y under q_y, u_x under q_y ("shear"); u_x and u_y under p ("coupling")."""
+        if math.isinf(dy):
+            return self._strip_tables(kind, shape, dx)
         parts = {"normal": [("normal", "even")], "coupling": [("coupling", "cos"), ("coupling", "sin")],
                  "shear": [("isotropic", "even"), ("directional", "cos2"), ("directional", "sin2")]}[kind]
         integrals = element_integrals(self._radials, parts, shape, dx, dy)
@@ -305,3 +312,22 @@ class LayeredBody:
             even, along, cross = integrals
             return even - along, even + along, -cross
         return tuple(integrals) if kind == "normal" else tuple(-table for table in integrals)
+
+    def _strip_tables(self, kind: TableKind, shape: tuple[int, int], dx: float) -> tuple[Array, ...]:
+        """Those of a strip without ends, beside which there is no other; what moves the body as a whole is left out."""
+        names, count = {"normal": (("nn",), 1), "shear": (("tt", "ss"), 3), "coupling": (("tn",), 2)}[kind]
+
+        def symbols(k: Array) -> AnyArray:
+            waves = np.maximum(k, FIRST_WAVE_NUMBER / self.thickness)
+            compliance = difference_compliance(self.layers, self.substrate, waves)
+            parts = np.stack([getattr(compliance, name) for name in names], axis=1) / k[:, None]
+            return parts * 1j if kind == "coupling" else parts
+
+        ahead = strip_response(symbols, shape[0], dx, DEEPEST / self.layers[0].thickness)[shape[0] - 1 :]
+        if kind == "coupling":
+            ahead[0] = 0.0
+        else:
+            ahead = up_to_a_constant(ahead)
+        tables = np.zeros((count, *shape))
+        tables[: len(names), :, 0] = ahead.T
+        return tuple(tables)

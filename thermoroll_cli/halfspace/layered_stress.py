@@ -18,12 +18,23 @@ forms (`subsurface_elastic`) are added. In that layer the symbols decay like e^{
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.layered import MIRROR, Constants, LayeredBody, RadialFunctions, element_integrals, layer_waves
+from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.halfspace.layered import (
+    DEEPEST,
+    FIRST_WAVE_NUMBER,
+    MIRROR,
+    Constants,
+    LayeredBody,
+    RadialFunctions,
+    element_integrals,
+    layer_waves,
+)
+from thermoroll_cli.halfspace.oscillations import strip_response
 from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
 
 PRESSURE = (("p mean", "even"), ("p difference", "cos2"), ("p difference", "sin2"), ("p zz", "even"), ("p kz", "cos"),
@@ -41,6 +52,41 @@ def element_stresses(
 
     (6, nx, ny) each, at offsets (i dx, j dy), i < nx, j < ny, signs as in `subsurface_elastic`. The depth of an interface is
     its upper side, the next larger number its lower side."""
+    if math.isinf(dy):
+        loads = _strip_stresses(body, shape, dx, depth)[: 3 if traction else 1]
+    else:
+        loads = _rectangle_stresses(body, shape, dx, dy, depth, traction=traction)
+    if depth <= body.layers[0].thickness:
+        across = np.arange(float(shape[1])) * (dy / dx) if shape[1] > 1 else np.zeros(1)
+        at = np.arange(float(shape[0])), across, depth / dx, dy / dx
+        for load, closed_form in zip(loads, (pressure_stress, traction_x_stress, traction_y_stress), strict=False):
+            load += closed_form(*at, body.layers[0].poisson_ratio)
+    return loads
+
+
+def _strip_stresses(body: LayeredBody, shape: tuple[int, int], dx: float, depth: float) -> list[Array]:
+    """`element_stresses` of a strip without ends, where nothing varies across; in the uppermost layer the difference."""
+
+    def symbols(k: Array) -> AnyArray:
+        waves = np.maximum(k, FIRST_WAVE_NUMBER / max(body.thickness, depth))
+        mean, difference, zz, kz = waves_along(body, waves, depth)
+        xy, yz = waves_across(body, waves, depth)
+        even = np.stack([mean + difference, mean - difference, zz, kz], axis=2)
+        pressure, traction = even[:, 1] * [-1, -1, -1, -1j], even[:, 0] * [1j, 1j, 1j, -1]
+        return np.concatenate([pressure, traction, xy[:, None] * 1j, yz[:, None]], axis=1)
+
+    largest = DEEPEST / max(body.layers[0].thickness, depth)
+    found = strip_response(symbols, shape[0], dx, largest)[shape[0] - 1 :].T
+    loads = np.zeros((3, 6, shape[0]))
+    for load, components in zip(loads, ((0, 1, 2, 4), (0, 1, 2, 4), (3, 5)), strict=True):
+        load[list(components)], found = found[: len(components)], found[len(components) :]
+    return list(loads[..., None])
+
+
+def _rectangle_stresses(
+    body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float, *, traction: bool
+) -> list[Array]:
+    """`element_stresses`, in the uppermost layer the difference."""
     integrals = element_integrals(_point_stresses(body, depth), PRESSURE + TRACTION if traction else PRESSURE, shape, dx, dy)
     mean, turned, xy, zz, xz, yz = integrals[:6]
     loads = [np.stack([mean - turned, mean + turned, zz, -xy, -xz, -yz])]
@@ -49,10 +95,6 @@ def element_stresses(
         loads += [np.stack([triple - mean - single, single - mean - triple, -zz, triple_y - single_y, even + double, yz]),
                   np.stack([single_y - mean_y + triple_y, -mean_y - single_y - triple_y, -zz_y, -single - triple, yz,
                             even - double])]
-    if depth <= body.layers[0].thickness:
-        at = np.arange(float(shape[0])), np.arange(float(shape[1])) * (dy / dx), depth / dx, dy / dx
-        for load, closed_form in zip(loads, (pressure_stress, traction_x_stress, traction_y_stress), strict=False):
-            load += closed_form(*at, body.layers[0].poisson_ratio)
     return loads
 
 

@@ -10,10 +10,8 @@ u_z = ∫ α Θ T dz, with Θ = w₁ e^{−kz} + w₂ e^{−kζ} the trace of th
 times the second coefficient of `layered.layer_waves`. Its integrals (1 − e^{−(k+s)h})/(k+s) and (e^{−kh} − e^{−sh})/(s − k)
 have no resonance.
 
-Tables are Fourier integrals of the difference to the half-space of the top material, which decays like e^{−kh}. Both wave
-numbers have logarithmic nodes, where the trapezoidal rule converges exponentially: they reach from 1e-16 over the size of the
-grid to where the difference ends. An oscillation e^{ikX} is cut off smoothly where kX passes `CUT`: the response is analytic
-away from the edges of its source, so that the rest of the integral cancels. Tables are good to 1e-8 of the largest coefficient;
+Tables are Fourier integrals (`oscillations`) of the difference to the half-space of the top material, which decays like
+e^{−kh}. Tables are good to 1e-8 of the largest coefficient;
 with 1 % of lateral creepage, to 5e-6 (temperature) and 6e-3 (expansion of thick soft layers: its long wake lies aslant
 to the nodes).
 """
@@ -27,22 +25,14 @@ from typing import Literal
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
-from scipy.special import erfc, expit
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.layered import layer_waves
+from thermoroll_cli.halfspace.layered import DEEPEST, layer_waves
+from thermoroll_cli.halfspace.oscillations import Complex, oscillations, strip_response, up_to_a_constant
 from thermoroll_cli.problem.problem import Layer, Material
 
-Complex = NDArray[np.complex128]
 LayeredQuantity = Literal["temperature", "interface", "expansion"]
 
-FINE, COARSE = 0.05, 0.2
-"""Steps of ln k for wave numbers at which e^{ikX} oscillates within the grid, and for smaller ones."""
-SMALLEST, LARGEST = 1e-16, 30.0
-"""Smallest wave number times the size of the grid; largest one times the thickness of the uppermost layer."""
-CUT, SOFTNESS, WHOLE = 45.0, 9.0, 8.0
-"""Argument of an oscillation at which it is cut off, width of the cut, and argument up to which it is whole."""
 ELASTIC_STEP, SHALLOW = 0.03, 1e-8
 """Step of ln k of the elastic coefficients, which are interpolated at fifth order; smallest k times the thickness: below it
 they are constant."""
@@ -64,12 +54,16 @@ class LayeredHeat:
         slope: bool = False,
     ) -> Array:
         """"temperature" (K) and "expansion" (m, outward; without motion up to a constant) of the surface less those of a
-        half-space of the top material, and the whole temperature of the "interface" below the uppermost layer."""
-        largest = LARGEST / self.body.layers[0].thickness
-        kx, along = _oscillations(shape[0], sizes[0], largest, moment=slope)
-        ky, across = _oscillations(shape[1], sizes[1], largest)
+        half-space of the top material, and the whole temperature of the "interface" below the uppermost layer. Under a
+        strip (dy = inf) the expansion is known up to a constant."""
+        largest = DEEPEST / self.body.layers[0].thickness
         symbol = {"temperature": self.temperature_symbol, "interface": self.interface_symbol,
                   "expansion": self.expansion_symbol}[quantity]
+        if math.isinf(sizes[1]):
+            strip = strip_response(lambda k: symbol(k, 0.0 * k, speed), shape[0], sizes[0], largest, moment=slope)
+            return (up_to_a_constant(strip) if quantity == "expansion" else strip)[:, None]
+        kx, along = oscillations(shape[0], sizes[0], largest, moment=slope)
+        ky, across = oscillations(shape[1], sizes[1], largest)
         x, y = np.meshgrid(kx, ky, indexing="ij")
         scale = sizes[0] * sizes[1] / (2.0 * math.pi**2)
         onward = along @ symbol(x, y, speed)
@@ -82,7 +76,7 @@ class LayeredHeat:
     def _traces(self) -> scipy.interpolate.BSpline:
         """w₁ and w₂ of each layer, and w₁ of the substrate, over ln k."""
         body, layers = self.body, self.body.layers
-        ends = SHALLOW / sum(layer.thickness for layer in layers), 2.0 * LARGEST / layers[0].thickness
+        ends = SHALLOW / sum(layer.thickness for layer in layers), 2.0 * DEEPEST / layers[0].thickness
         log_k = np.arange(math.log(ends[0]), math.log(ends[1]) + ELASTIC_STEP, ELASTIC_STEP)
         waves, below = layer_waves(layers, (body.youngs_modulus, body.poisson_ratio), np.exp(log_k))
         traces = [layer.youngs_modulus * part[:, 1, 1] for layer, both in zip(layers, waves, strict=True) for part in both]
@@ -152,26 +146,3 @@ def thermal_constants(material: Material | Layer) -> tuple[float, float, float]:
 
 def _drift(kx: Array, ky: Array, speed: tuple[float, float]) -> Complex:
     return np.asarray(1j * (kx * speed[0] + ky * speed[1]))
-
-
-def _oscillations(count: int, size: float, largest: float, *, moment: bool = False) -> tuple[Array, Complex]:
-    """Wave numbers k (m,), and e^{ikx} averaged over a source of `size` at offsets −(count−1) … count−1 and times the weights
-    of k, (2 count − 1, m). With `moment` the average is that of ξ e^{ikx}, ξ from −½ to ½ in the source."""
-    reach = (count - 0.5) * size
-    widening = COARSE / FINE - 1.0
-    first, last = math.log(SMALLEST) / (1.0 + widening), max(math.log(largest * reach), 0.0)
-    v = np.arange(first, last + FINE, FINE)
-    k = np.exp(v - widening * np.logaddexp(0.0, -v)) / reach
-    weights = FINE * (1.0 + widening * expit(-v)) * k
-    a, centre = 0.5 * size * k, np.exp(1j * k * size * np.arange(count)[:, None])
-    phase = k * size * (np.arange(count + 1) - 0.5)[:, None]
-    ends = np.exp(1j * phase) * 0.5 * erfc((np.abs(phase) - CUT) / SOFTNESS)
-    difference, mean = (ends[1:] - ends[:-1]) / 2j, 0.5 * (ends[1:] + ends[:-1])
-    if moment:
-        series = a / 6.0 * (1.0 - a**2 / 10.0 * (1.0 - a**2 / 28.0 * (1.0 - a**2 / 54.0)))
-        whole = -1j * np.where(a < 0.3, series, (np.sin(a) - a * np.cos(a)) / (2.0 * a**2)) * centre
-        cut = -1j * (difference - a * mean) / (2.0 * a**2)
-    else:
-        whole, cut = np.sinc(a / math.pi) * centre, difference / a
-    half = np.where(phase[1:] < WHOLE, whole, cut) * weights
-    return k, np.concatenate((-half[:0:-1].conj() if moment else half[:0:-1].conj(), half))

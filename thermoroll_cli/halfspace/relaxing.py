@@ -24,7 +24,8 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray, Array, Spectrum
 from thermoroll_cli.halfspace.coatings import UNCOUPLED, Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_tables, rectangle_integrals
-from thermoroll_cli.halfspace.relaxing_layers import Part, RelaxingLayers
+from thermoroll_cli.halfspace.oscillations import strip_response, up_to_a_constant
+from thermoroll_cli.halfspace.relaxing_layers import Part, RelaxingLayers, added_by_memory
 from thermoroll_cli.numerics.quadrature import gauss_points
 from thermoroll_cli.problem.problem import Layer, Material
 from thermoroll_cli.problem.relaxation import modulus_at
@@ -162,6 +163,8 @@ def _means(
     return total
 
 
+OF_STRIPS = {"nn": "nn", "xx": "tt", "yy": "ss", "x": "tn"}
+"""Tables of strips that are not zero, and the compliance of each."""
 EVEN = {"nn": "nn", "xx": "tt", "yy": "tt"}
 """Tables with a part by layers that are compressed and sheared evenly, and its name in `RelaxingLayers.even`."""
 
@@ -206,6 +209,8 @@ class Relaxing:
     def _table(self, factors: dict[str, str], name: str, rows: int, columns: int, dx: float, dy: float) -> Array:
         """Sum of the means of integrals times the named compliances of each memory, (2 rows − 1, columns); of layers less their
         images, and with what remains in the table `name`."""
+        if math.isinf(dy):
+            return self._strip_table(name, rows, columns, dx)
         place = rows, columns, dx, dy
         total = _means(self.memories, factors, *place)
         for body, sign in self._layered:
@@ -219,6 +224,20 @@ class Relaxing:
                 if blobs.any():
                     total += np.tensordot(blobs, one_sided_means("blob", *place, lengths, layers.depth(dx, dy)), 1)
         return total
+
+    def _strip_table(self, name: str, rows: int, columns: int, dx: float) -> Array:
+        """`_table` of a strip without ends, from its response to waves; what moves the bodies as a whole is left out."""
+        table, part = np.zeros((2 * rows - 1, columns)), OF_STRIPS.get(name)
+        if part is None:
+            return table
+
+        def symbol(k: Array) -> AnyArray:
+            lower, upper = (added_by_memory(body, self.speed, k)[part] for body, _ in self._bodies)
+            return np.asarray((-1j * (lower - upper) if part == "tn" else lower + upper) / k)
+
+        response = strip_response(symbol, rows, dx)
+        table[:, 0] = response if part == "tn" else up_to_a_constant(response)
+        return table
 
     def normal_table(self, rows: int, columns: int, dx: float, dy: float) -> Array:
         """To be added to `elastic.normal_table`, at offsets −(rows − 1) … rows − 1 along x."""
@@ -251,10 +270,12 @@ class Relaxing:
             factor += math.pi * modulus * memory.normal * filter_of(dx / memory.length, theta)
         if not layered:
             return np.asarray(symbol * factor)
-        x, y = theta / dx, np.asarray(2.0 * np.pi * np.fft.rfftfreq(padded[1])[:, None] / dy, dtype=np.float64)
-        k = np.maximum(np.hypot(x, y), np.pi / max(padded[0] * dx, padded[1] * dy))
+        theta_y = np.asarray(2.0 * np.pi * np.fft.rfftfreq(padded[1])[:, None] * math.isfinite(dy), dtype=np.float64)
+        x, y = theta / dx, theta_y / dy
+        longest = padded[0] * dx if math.isinf(dy) else max(padded[0] * dx, padded[1] * dy)
+        k = np.maximum(np.hypot(x, y), np.pi / longest)
         added = np.stack([2.0 / modulus * (factor - 1.0) * np.ones_like(k), *(layers.whole(x, y) for layers in layered)])
-        return np.asarray(symbol + added.sum(axis=0) / k * np.sinc(0.5 * x * dx / np.pi) * np.sinc(0.5 * y * dy / np.pi))
+        return np.asarray(symbol + added.sum(axis=0) / k * np.sinc(0.5 * theta / np.pi) * np.sinc(0.5 * theta_y / np.pi))
 
     def felt(self, length: float) -> tuple[tuple[Material, Material], float]:
         """Elastic bodies that stand for these within a `length` (m) along x, with the moduli |E| at the frequency V/length, and

@@ -55,6 +55,22 @@ COMPLIANCES: dict[Part, tuple[str, ...]] = {"normal": ("nn",), "shear": ("tt", "
 """The compliances that each group of tables consists of."""
 
 
+def added_by_memory(body: Material, speed: float, k: Array) -> dict[str, AnyArray]:
+    """k times the compliance that memory adds to that of a `body` with or without layers, for waves `k` (1/m) along rolling,
+    by the names of `SurfaceCompliance`."""
+    top, frequency = body.surface, k * speed
+    softer = 1.0 / modulus_at(top.relaxation, frequency) - 1.0
+    added = {name: part * softer for name, part in vars(halfspace_compliance(top.youngs_modulus, top.poisson_ratio)).items()}
+    if not body.layers:
+        return added
+    # The equations hold for complex moduli as they are.
+    moduli: list[Any] = [layer.youngs_modulus * modulus_at(layer.relaxation, frequency) for layer in body.layers]
+    relaxed = [replace(layer, youngs_modulus=modulus) for layer, modulus in zip(body.layers, moduli, strict=True)]
+    at_once, later = (vars(difference_compliance(layers, (body.youngs_modulus, body.poisson_ratio), k))
+                      for layers in (body.layers, relaxed))
+    return {name: part + later[name] - at_once[name] for name, part in added.items()}
+
+
 @dataclass(frozen=True)
 class RelaxingLayers:
     """A `body` whose upper layers relax, rolling at `speed` (m/s). `RelaxingLayers.of` keeps the last ones, which know what

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import scipy
 
@@ -45,6 +46,6 @@ def retardation(relaxation: Sequence[tuple[float, float]]) -> Series:
     return tuple(reversed(pairs))
 
 
-def modulus_at(relaxation: Sequence[tuple[float, float]], frequency: float) -> complex:
-    """Complex modulus over E₀ at an angular `frequency` (rad/s): 1 − Σ g/(1 + iωτ)."""
+def modulus_at(relaxation: Sequence[tuple[float, float]], frequency: Any) -> Any:
+    """Complex modulus over E₀ at an angular `frequency` (rad/s), or at several: 1 − Σ g/(1 + iωτ)."""
     return 1.0 - sum(share / (1.0 + 1j * frequency * time) for share, time in relaxation)

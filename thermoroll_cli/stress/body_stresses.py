@@ -111,7 +111,8 @@ class Collector:
         indices = []
         for index, (_, x, y) in self.at_interfaces.items():
             peak = self._at_interface(index, 0)
-            if not (x[0] < peak.x < x[-1] and (self.mirrored or y[0] < peak.y) and peak.y < y[-1]):
+            between = len(y) == 1 or ((self.mirrored or y[0] < peak.y) and peak.y < y[-1])
+            if not (x[0] < peak.x < x[-1] and between):
                 indices.append(index)
         return indices
 
