@@ -192,7 +192,7 @@ def _broken(result: Result, state: State) -> list[str]:
     hold("heat flux < 0", float(-flux.min()), 0.0)
     if problem.relaxes:
         hold("power of forces and resistance", scalars["power_balance_error"], RELAXING_BALANCE)
-        hold("resistance < 0", -scalars["rolling_resistance_N"], 0.0)
+        hold("resistance < 0", -scalars[known_as("rolling_resistance_N", scalars)], 0.0)
     else:
         hold("power balance", abs(dissipated - work), BALANCE * max(abs(work), dissipated))
     # Between passes a track may get colder than its mean, and that colder than what surrounds the body.

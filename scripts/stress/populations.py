@@ -34,7 +34,7 @@ from scripts.stress.random_friction import (
 )
 from scripts.stress.random_grids import few_depths, slender_grid
 from scripts.stress.random_layers import random_hot_layers, random_layers
-from scripts.stress.random_lines import random_line
+from scripts.stress.random_lines import random_line, random_line_of_bodies
 from scripts.stress.random_profiles import (
     AWKWARD,
     NARROW,
@@ -122,6 +122,8 @@ POPULATIONS = {
     "coatings": Population(_on_the_grid(_coated), solved, 200),
     "bodies that relax": Population(_on_the_grid(random_relaxing), solved, 200),
     "line contacts": Population(_on_the_grid(random_line), lambda problem: solved(problem, distinct), 200),
+    "line contacts of coated or relaxing bodies": Population(
+        _on_the_grid(random_line_of_bodies), lambda problem: solved(problem, distinct), 200),
     "wear": Population(wear.worn_contact, wear.check, 40, limit=300.0),
     "wear at an approach": Population(wear.worn_at_an_approach, wear.check_approach, 40, limit=300.0),
     "wear in service": Population(service.in_service, service.check, 40, limit=600.0),
@@ -155,6 +157,7 @@ POPULATIONS = {
     "coverage over time": Population(courses.random_course, courses.covered, 40, 300.0),
     "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),
     "coverage of line contacts": Population(random_line, covered, 100, 60.0),
+    "coverage of line contacts of coated or relaxing bodies": Population(random_line_of_bodies, covered, 60, 60.0),
     "coverage below line contacts": Population(
         lambda seed: replace(random_line(seed), subsurface=SubsurfaceRequest()), covered, 40, 300.0),
     "coverage of coatings": Population(random_layers, covered, 40, 300.0),

@@ -1,4 +1,4 @@
-"""Seeded line contacts: cylinders alike and unlike, with friction that depends on slip and interlayers."""
+"""Seeded line contacts: cylinders alike and unlike, coated or relaxing, with friction that depends on slip and interlayers."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ import numpy as np
 
 from scripts.stress.random_contacts import random_contact, random_motion, warmed
 from scripts.stress.random_friction import random_friction, random_rising, random_yield
+from scripts.stress.random_layers import random_hot_layers, random_layers
+from scripts.stress.random_relaxing import random_relaxing
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 LENGTH = 0.01
 """Length (m) over which the load of a contact is spread."""
@@ -35,3 +38,15 @@ def _plain(seed: int) -> Problem:
                       heating=replace(contact.heating, peclet="rolling"))
     problem = replace(problem, motion=replace(random_motion(rng, problem), spin=0.0))
     return warmed(rng, problem) if problem.heating.heat else problem
+
+
+def random_line_of_bodies(seed: int) -> Problem:
+    """The line contact of `seed` of coated bodies, of coated ones with heat, or of bodies that relax: those of a random
+    contact with its longitudinal radius, under the load of its middle."""
+    rng, draw = np.random.default_rng([53, seed]), (random_layers, random_hot_layers, random_relaxing)[seed % 3]
+    contact = draw(180000 + seed)
+    scales, given = DerivedQuantities(contact).scales, contact.geometry
+    load = 0.5 * math.pi * scales.peak_pressure * scales.semi_axis_x
+    geometry = Geometry(1.0 / given.curvature_x, math.inf, math.inf, math.inf)
+    problem = replace(contact, geometry=geometry, normal_force=load, heating=replace(contact.heating, peclet="rolling"))
+    return replace(problem, motion=replace(random_motion(rng, problem), spin=0.0, speed=contact.motion.speed))
