@@ -19,7 +19,7 @@ from thermoroll_cli.problem.problem import BODIES
 
 THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
 GRID_RANGE = (8, 2048)
-RADIUS_RANGE = (1e-9, 1e9)
+RADIUS_RANGE = (1e-6, 1e9)
 MOST_LAYERS = 5
 
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
@@ -46,7 +46,7 @@ Radius = Annotated[
     # JSON has no infinity: editors that check TOML by this schema hand inf on as null.
     WithJsonSchema({"type": ["number", "null"], "minimum": -RADIUS_RANGE[1],
                     "not": {"type": "number", "exclusiveMinimum": -RADIUS_RANGE[0], "exclusiveMaximum": RADIUS_RANGE[0]}}),
-    Allowed("a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat), in mm"),
+    Allowed("a number of either sign (negative is concave), 1e-6 to 1e9 in magnitude, or inf (flat), in mm"),
 ]  # fmt: skip
 
 
