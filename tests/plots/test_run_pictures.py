@@ -306,9 +306,9 @@ def test_the_cut_passes_the_maxima() -> None:
     """Along y = 0 where that passes them, through them elsewhere, or where it is asked for."""
     result = synthetic.result((48, 48), deformation=False)
     assert frame_of(result).cut_y == 0.0
-    moved = {name: np.roll(values, 12, axis=1) for name, values in result.coupled.fields.items()}
+    moved = {name: np.roll(values, 18, axis=1) for name, values in result.coupled.fields.items()}
     aside = with_fields(result, **moved)
-    assert frame_of(aside).cut_y == pytest.approx(12 * (result.y[1] - result.y[0]), rel=0.05)
+    assert frame_of(aside).cut_y == pytest.approx(18 * (result.y[1] - result.y[0]), rel=0.05)
     picture = shown(aside, "centreline")
     peaks = {axes.get_ylabel(): max(line.get_ydata().max() for line in axes.get_lines()) for axes in picture.axes}
     assert peaks["pressure p (MPa)"] == pytest.approx(result.coupled.fields["pressure"].max() * 1e-6, rel=1e-6)

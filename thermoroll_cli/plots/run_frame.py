@@ -196,7 +196,7 @@ class RunFrame:
 
 def frame_of(result: Result, normalised: bool = False, cut_y: float | None = None) -> RunFrame:
     """The frame of a result; the cut, if not given (m), runs along y = 0, or along the row that passes the largest share of
-    every maximum if y = 0 passes less than 0.9 of that.
+    every maximum of pressure, traction, heat and temperature if y = 0 passes less than 0.7 of that.
 
     Raises ValueError for a cut outside the domain.
     """
@@ -217,11 +217,11 @@ def frame_of(result: Result, normalised: bool = False, cut_y: float | None = Non
         window = (max(domain[0], low[0] - rim[0]), min(domain[1], high[0] + rim[0]),
                   max(domain[2], low[1] - rim[1]), min(domain[3], high[1] + rim[1]))
     if cut_y is None:
-        rows, quantities = drawn[-1].state.y, [drawn[-1].values(quantity) for quantity in QUANTITIES.values()]
+        rows, quantities = drawn[-1].state.y, [drawn[-1].values(one) for one in (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE)]
         fields: list[Any] = [values / np.abs(values).max() for values in quantities if values is not None and values.any()]
         shares = np.min([np.abs(values).max(axis=0) for values in fields], axis=0) if fields else np.zeros(1)
         middle = min((float(np.abs(on_line(rows, values, 0.0)).max()) for values in fields), default=1.0)
-        cut_y = 0.0 if middle >= 0.9 * shares.max() else float(rows[int(shares.argmax())])
+        cut_y = 0.0 if middle >= 0.7 * shares.max() else float(rows[int(shares.argmax())])
     elif not domain[2] <= cut_y <= domain[3]:
         raise ValueError(f"the cut y = {1e3 * cut_y:g} mm is outside the domain, "
                          f"{1e3 * domain[2]:.4g} mm to {1e3 * domain[3]:.4g} mm")
