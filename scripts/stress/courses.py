@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +15,7 @@ from thermoroll_cli.history.course import Course, History
 from thermoroll_cli.history.solve import HistorySolver
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import UNCERTAINTY
-from thermoroll_cli.problem.problem import Heating, Numerics
+from thermoroll_cli.problem.problem import Heating, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -31,10 +32,23 @@ ODD = ACROSS, SPIN, "force.lateral_N", SHIFT_ACROSS
 
 
 def random_course(seed: int) -> History:
-    """The history of `seed`, always the same: rolling that starts, cycles and shifts without rolling, a stop between, loads
-    that change, kinks, jumps and zeros, a few long steps or many short ones, square and slender grids."""
+    """The history of `seed` without heat, always the same."""
+    return _course_of(seed, replace(random_contact(seed), heating=Heating(heat=False)))
+
+
+def warm_course(seed: int) -> History:
+    """The history of `seed` with the heat of bodies that roll, some of which it deforms, or at rest."""
+    for further in itertools.count():
+        problem = random_contact(1000 * (seed + 1) + further)
+        if problem.heating.heat and problem.heating.peclet == "rolling":
+            break
+    return _course_of(seed, problem)
+
+
+def _course_of(seed: int, problem: Problem) -> History:
+    """The contact of `problem` over time: rolling that starts, cycles and shifts without rolling, a stop between, loads that
+    change, kinks, jumps and zeros, a few long steps or many short ones, square and slender grids."""
     rng = np.random.default_rng([71, seed])
-    problem = replace(random_contact(seed), heating=Heating(heat=False))
     n = int(rng.choice(GRIDS))
     grid = (n, n) if rng.random() < 0.8 else (n, 2 * n) if rng.random() < 0.5 else (2 * n, n)
     derived = DerivedQuantities(problem)

@@ -155,6 +155,7 @@ POPULATIONS = {
     "coverage of strength and wear": Population(random_strength, covered, 40, 300.0),
     "coverage of histories": Population(random_history, covered_beyond, 40, 300.0),
     "coverage over time": Population(courses.random_course, courses.covered, 40, 300.0),
+    "coverage of heat over time": Population(courses.warm_course, courses.covered, 15, 300.0),
     "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),
     "coverage of line contacts": Population(random_line, covered, 100, 60.0),
     "coverage of line contacts of coated or relaxing bodies": Population(random_line_of_bodies, covered, 60, 60.0),

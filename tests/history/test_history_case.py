@@ -8,6 +8,7 @@ import math
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 import tomli_w
 
+from scripts.stress.courses import random_course
 from tests.support.command_line import call, thermoroll
 from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
@@ -397,6 +399,18 @@ def test_energy_that_is_missing_is_an_error_of_work_and_heat() -> None:
     assert coarse is not None and fine is not None
     for name in ("work_J", "heat_J"):
         assert abs(coarse[name][-1] - fine[name][-1]) < coarse[f"uncertainty.{name}"][-1], name
+    assert (np.array(coarse["uncertainty.work_J"]) >= coarse["uncertainty.heat_J"]).all()
+
+
+def test_the_pressure_in_the_middle_errs_with_the_largest_one() -> None:
+    """A contact of unlike bodies that has the same one on 10 and on 20 elements, and yet another one on finer grids."""
+    course = random_course(207)
+    course = replace(course, course=replace(course.course, steps=2))
+    fine = replace(course, problem=replace(course.problem, numerics=replace(course.problem.numerics, grid=(40, 40))))
+    found, exact = (HistorySolver().solve(each).history for each in (course, fine))
+    assert found is not None and exact is not None
+    true = np.abs(np.array(found["pressure_centre_MPa"]) - exact["pressure_centre_MPa"])
+    assert (true <= found["uncertainty.pressure_centre_MPa"]).all()
 
 
 def warm(begin: str, *, slow: float = 1.0, **tables: dict[str, Any]) -> dict[str, Any]:
