@@ -322,6 +322,7 @@ def test_case_keys_become_words() -> None:
     assert words_of("creepage.spin_rad_mm") == "spin (rad/mm)"
     assert words_of("material.lower.diffusivity_mm2_s") == "diffusivity (mm²/s)"
     assert words_of("load.normal_N") == "normal load (N)"
+    assert words_of("bearing.load.radial_N") == "radial load (N)"
     assert words_of("load.friction_coefficient") == "friction coefficient"
     assert words_of("force.lateral_N") == "lateral force (N)"
 

@@ -350,8 +350,10 @@ def words_of(key: str) -> str:
     section, _, name = key.rpartition(".")
     suffix = unit_end(name)
     words = name.removesuffix(suffix).replace("_", " ")
-    if (section in ("creepage", "force") and words != "spin") or words == "normal":
+    if section in ("creepage", "force") and words != "spin":
         words = f"{words} {section}"
+    elif words in ("normal", "vertical", "axial", "radial"):
+        words = f"{words} load"
     elif section == "rolling":
         words = f"{section} {words}"
     return f"{words} ({UNITS[suffix]})" if suffix else words
