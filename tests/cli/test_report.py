@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import re
+import tomllib
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 from tests.support import synthetic
 from tests.support.browser import opened
 from tests.support.command_line import MECHANICAL, THERMAL, call
+from thermoroll_cli import Case, solve
 from thermoroll_cli.cli import report
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.result import Result
@@ -130,6 +132,20 @@ def test_numbers_that_are_not_there_are_left_out(tmp_path: Path) -> None:
     """A result without fields of heat, or any estimate, and without a case."""
     text = written(synthetic.result(heat=False), tmp_path / "m.h5").text
     assert "temperature" not in text.partition("Method")[0] and "The case file" not in text and " nan" not in text
+
+
+def test_a_bearing_has_a_table_of_its_balls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the names of its columns; its contacts lie on rings, not on rails."""
+    monkeypatch.setattr(report, "pictures_of", lambda draw: ())
+    case = tomllib.loads(call("init", "--template", "bearing", "-").stdout)
+    case["bearing"] |= {"control": "outer", "balls": 3}
+    case["numerics"] = {"grid": 8}
+    section = report.of_result(solve(Case.from_dict(case)), "")
+    _, balls, contacts = section.tables
+    assert list(balls.header[:4]) == ["ball", "ring", "normal_N", "contact_angle_deg"]
+    assert [row[:2] for row in balls.rows] == [("1, 2, 3", "inner"), ("1, 2, 3", "outer")]
+    words = {row[-1]: row[0] for row in contacts.rows}
+    assert (words["normal_N"], words["contact_angle_deg"]) == ("normal force", "contact angle")
 
 
 def test_sweeps(tmp_path: Path) -> None:

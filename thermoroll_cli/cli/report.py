@@ -27,7 +27,15 @@ from thermoroll_cli.plots.conicity_figure import draw_conicity
 from thermoroll_cli.plots.pictures import draw, kinds_of
 from thermoroll_cli.plots.sweep_figures import numbers, rows_of
 from thermoroll_cli.problem.columns import Columns
-from thermoroll_cli.problem.names import ALL_SCALARS, ASSEMBLY_SCALARS, DIAGRAMS, PATCH_SCALARS, column_of, unit_of
+from thermoroll_cli.problem.names import (
+    ALL_SCALARS,
+    ASSEMBLY_SCALARS,
+    DIAGRAMS,
+    HISTORY_SCALARS,
+    OF_CONTACTS,
+    column_of,
+    unit_of,
+)
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import (
     computed,
@@ -183,6 +191,7 @@ def of_result(result: Result, name: str) -> Section:
     return Section(
         problem.title or name, what, "" if result.converged else result.reason, result.warnings, _tables(result),
         pictures_of(draw_in), result.case_text,
+        METHOD_OVER_TIME if HISTORY_SCALARS.keys() & result.coupled.scalars.keys() else METHOD,
         skipped=[f"Left out: {'; '.join(f'{stage} ({why})' for stage, why in skipped.items())}."] if skipped else [],
         versions=versions(result.attributes))  # fmt: skip
 
@@ -192,11 +201,15 @@ def _tables(result: Result) -> list[Table]:
     names = listed_scalars(row, result.problem)
     if result.assembly:
         single, sides, patches = assembly_rows(result, names, verbose=False)
-        of_sides = [(re.sub(", left wheel|left ", "", _meaning(row[0].replace("_SIDE", "_left"))), *row[1:], row[0])
-                    for row in sides[1:]]
-        return [Table(_rows(row, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)),
-                Table(of_sides, ("both sides", "left", "right", "unit", "name"), values=(1, 2, 3), names=(4,)),
-                *([Table([(_meaning(row[0]), *row[1:], row[0]) for row in patches[1:]],
+        if result.assembly == "bearing":
+            beside = Table(sides[1:], sides[0], "Balls", range(len(sides[0])))
+        else:
+            of_sides = [(re.sub(", left wheel|left ", "", ASSEMBLY_SCALARS[row[0].replace("_SIDE", "_left")].meaning),
+                         *row[1:], row[0]) for row in sides[1:]]  # fmt: skip
+            beside = Table(of_sides, ("both sides", "left", "right", "unit", "name"), values=(1, 2, 3), names=(4,))
+        contact_scalars = OF_CONTACTS[result.assembly]
+        return [Table(_rows(row, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)), beside,
+                *([Table([(contact_scalars[row[0]].meaning, *row[1:], row[0]) for row in patches[1:]],
                          (*patches[0][:-1], "unit", "name"), "Patches of contact", range(1, len(patches[0])),
                          (len(patches[0]),))] if patches else [])]  # fmt: skip
     header = ("", "value", *(("without thermal expansion",) if both else ()), "unit", "name")
@@ -208,11 +221,6 @@ def _rows(row: Mapping[str, Any], names: Iterable[str], *, both: bool) -> list[t
     return [(meaning_in(row, name) + (" (no limit)" if name in row.get("unbounded", ()) else ""),
              scalar_text(name, row), *((isothermal_text(name, row),) if both else ()), unit_of(name), name)
             for name in shown]  # fmt: skip
-
-
-def _meaning(name: str) -> str:
-    scalar = (ALL_SCALARS | PATCH_SCALARS | ASSEMBLY_SCALARS).get(name)
-    return name if scalar is None else scalar.meaning
 
 
 def of_columns(table: Columns, name: str) -> Section:
