@@ -98,6 +98,11 @@ def test_quantities_of_either_sign_keep_theirs(names: tuple[str, str]) -> None:
     assert all("max." in label for label, shown in DIAGRAMS.items() if len(shown) > 1)
 
 
+def test_what_is_zero_everywhere_has_no_diagram() -> None:
+    figure = drawn(table(gamma_st=[0.0] * 8, tilt_mrad=[0.0] * 8, **{"uncertainty.gamma_st": [1e-5] * 8}), OVER)
+    assert not any(word in axes.get_ylabel() for axes in figure.axes for word in ("stick", "tilt"))
+
+
 def test_a_ratio_that_is_one_within_its_error_has_no_diagram() -> None:
     """Without anything that acts back a grid's own noise is all that it shows."""
     values = [0.985 + 0.001 * place for place in range(8)]

@@ -121,8 +121,9 @@ def is_logarithmic(values: Column) -> bool:
 
 
 def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], over: Sequence[str]) -> bool:
-    """Whether one of the scalars is worth showing; a creepage or a shift if it changes, a ratio to Hertz's contact if it
-    changes and is not 1 within its error everywhere: without anything that acts back it shows the grid alone."""
+    """Whether one of the scalars is worth showing, and not 0 everywhere; a creepage or a shift if it changes, a ratio to
+    Hertz's contact if it changes and is not 1 within its error everywhere: without anything that acts back it shows the grid
+    alone."""
     ratio = names[0].startswith(("gamma_c", "gamma_p"))
     wanting = ratio or names[0].startswith(("creepage", "shift"))
 
@@ -131,7 +132,8 @@ def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], ov
         one = len(errors) == len(values) and all(abs(value - 1.0) <= error for value, error in zip(values, errors, strict=True))
         return is_steady(values) or (ratio and one)
 
-    return any(worth_showing(name, points, over) and not (wanting and says_nothing(name)) for name in names)
+    return any(worth_showing(name, points, over) and any(finite(name, points)) and not (wanting and says_nothing(name))
+               for name in names)
 
 
 def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.bool_]) -> Iterator[Line]:

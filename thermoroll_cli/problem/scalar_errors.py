@@ -240,8 +240,8 @@ def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
 def worth_showing(name: str, points: Sequence[Mapping[str, Any]], swept: Collection[str]) -> bool:
     """Whether a scalar says more about the `points` (rows) than the `swept` keys do.
 
-    These say nothing: a scalar that was not computed; a shift where everything rolls, a tilt of what is held; rounding noise;
-    one of the upper body that reads like that of the lower one; a creepage that is swept; a creepage or a force that is given,
+    These say nothing: a scalar that was not computed; a shift where everything rolls; rounding noise; one
+    of the upper body that reads like that of the lower one; a creepage that is swept; a creepage or a force that is given,
     so that it stays the same while the other changes; the pressure over a single Hertz pressure, which γ_p is."""
     partners = dict(zip(ANY_FORCES, 2 * CREEPAGES, strict=True)) | {
         creepage: next((known_as(force, point) for point in points), force)
@@ -251,7 +251,7 @@ def worth_showing(name: str, points: Sequence[Mapping[str, Any]], swept: Collect
     lower = name.replace("_upper_", "_lower_")
     if lower != name and all(number(point.get(name), 4) == number(point.get(lower), 4) for point in points):
         return False
-    if name.startswith(("shift_", "tilt_")):
+    if name.startswith("shift_"):
         return any(finite(name, points))
     if name == "pressure_max_MPa":
         return not is_steady(finite("hertz_p0_MPa", points))
