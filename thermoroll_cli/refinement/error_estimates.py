@@ -134,7 +134,8 @@ def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], p
     accuracy, asked = problem.numerics.accuracy, problem.numerics.accuracy_of
     if accuracy is None:
         return []
-    wanted = [name for name in errors if name in of_contacts(asked)] if asked else ERROR_SCALARS
+    names = of_contacts(asked)
+    wanted = [name for name in errors if name in names] if asked else ERROR_SCALARS
     interlayer = problem.interlayer.compliance > 0.0
     known = ("gamma_st", "stick_area_mm2") if summary["gamma_st"] <= (errors["gamma_st"] if interlayer else 0.0) else ()
     missed = [name for name in wanted if errors[name] > accuracy and name not in known]

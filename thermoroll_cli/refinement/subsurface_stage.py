@@ -106,8 +106,8 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
     numerics, reason = result.problem.numerics, result.reason
     # The grid was chosen for the surface.
-    missed = {name: each for name, each in error.items()
-              if name in of_contacts(numerics.accuracy_of) and each > (numerics.accuracy or math.inf)}
+    asked = of_contacts(numerics.accuracy_of)
+    missed = {name: each for name, each in error.items() if name in asked and each > (numerics.accuracy or math.inf)}
     if missed:
         worst = max(missed, key=lambda name: missed[name])
         message = (f"accuracy {numerics.accuracy:g} not reached below the surface on the grid that the surface needs: {worst} "
