@@ -14,6 +14,7 @@ from thermoroll_cli.bearing.bearing_result import BearingSolver, bearing_warning
 from thermoroll_cli.bearing.bearing_result import facts_of as facts_of_bearing
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.history.course import History
+from thermoroll_cli.history.history_plan import HistoryPlan, plan_of, warnings_of
 from thermoroll_cli.history.solve import HistorySolver
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
@@ -40,12 +41,12 @@ class Kind:
     - `solver`: an object whose `solve(problem, report=…)` returns results, each begun from those before;
     - `warnings`: those that need no solution;
     - `facts`: numbers known before solving, in the units of their names;
-    - `plan`: of a contact, which stages run."""
+    - `plan`: of a contact, which stages run, and over time its steps."""
 
     solver: Callable[[int, SolverOptions | None], Any]
     warnings: Callable[[Any], Iterable[str]]
     facts: Callable[[Any], Mapping[str, float]]
-    plan: Callable[[Any], Plan] | None = None
+    plan: Callable[[Any], Plan | HistoryPlan] | None = None
 
 
 def _contact_warnings(problem: Problem) -> Iterable[str]:
@@ -62,7 +63,7 @@ KINDS: dict[type[Task], Kind] = {
     Problem: Kind(refinement.Solver, _contact_warnings, lambda problem: make_plan(problem).facts, make_plan),
     WheelsetProblem: Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of),
     BearingProblem: Kind(lambda threads, options: BearingSolver(threads), bearing_warnings, facts_of_bearing),
-    History: Kind(HistorySolver, lambda history: (), _history_facts),
+    History: Kind(HistorySolver, warnings_of, _history_facts, plan_of),
 }
 """The kinds of problems that a case may describe."""
 

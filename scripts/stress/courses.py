@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from scripts.stress.outcome import Outcome, Pair
 from scripts.stress.random_contacts import random_contact
+from scripts.stress.random_profiles import random_profile_contact
 from thermoroll_cli.history.course import Course, History
 from thermoroll_cli.history.solve import HistorySolver
 from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.geometry import ContactGeometry, Geometry, Unsolvable
 from thermoroll_cli.problem.names import UNCERTAINTY
-from thermoroll_cli.problem.problem import Heating, Numerics, Problem
+from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -23,6 +25,7 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 GRIDS = (16, 20, 24)
 REFERENCE, SHOWN = 3, 5
 """Elements and steps of the reference over those of the case, and the rows of it whose errors are looked at."""
+SMOOTH = "crown", "cubic", "off centre"
 SAME = 1e-4
 """Of μW: two solutions that are the same but for the tolerances of the solver."""
 ALONG, ACROSS, SPIN, LOAD = "creepage.longitudinal", "creepage.lateral", "creepage.spin_rad_mm", "load.normal_N"
@@ -45,6 +48,23 @@ def warm_course(seed: int) -> History:
     return _course_of(seed, problem)
 
 
+def odd_course(seed: int) -> History:
+    """The history of `seed` as no other one is drawn: one step, two, or a row for each place; jumps at the first and at the
+    last place; profiles whose contact is not at y = 0; each with heat or without."""
+    rng = np.random.default_rng([72, seed])
+    history = warm_course(seed) if rng.random() < 0.4 else random_course(seed)
+    if rng.random() < 0.4:
+        profile = replace(random_profile_contact(seed, SMOOTH), heating=Heating(heat=False))
+        history = _course_of(seed, replace(profile, motion=replace(profile.motion, at="contact")))
+    course = history.course
+    for at in (0, len(course.places) - 1):
+        if rng.random() < 0.5 and course.places[at] not in course.jumps:
+            values = {key: (*given[:at], -given[at] if key in ODD else 0.9 * given[at], *given[at:])
+                      for key, given in course.values.items()}
+            course = replace(course, places=(*course.places[:at], *course.places[at:][:1], *course.places[at:]), values=values)
+    return replace(history, course=replace(course, steps=[1, 2, None][int(rng.integers(3))]))
+
+
 def _course_of(seed: int, problem: Problem) -> History:
     """The contact of `problem` over time: rolling that starts, cycles and shifts without rolling, a stop between, loads that
     change, kinks, jumps and zeros, a few long steps or many short ones, square and slender grids."""
@@ -52,7 +72,7 @@ def _course_of(seed: int, problem: Problem) -> History:
     n = int(rng.choice(GRIDS))
     grid = (n, n) if rng.random() < 0.8 else (n, 2 * n) if rng.random() < 0.5 else (2 * n, n)
     derived = DerivedQuantities(problem)
-    motion, length = problem.motion, 2.0 * derived.hertz.semi_axis_x
+    motion, length = problem.motion, 2.0 * derived.scales.semi_axis_x
     problem = replace(problem, numerics=Numerics(grid, extent=float(rng.choice([2.2, 2.6]))))
     knots, begin = int(rng.integers(2, 6)), "pressed" if rng.random() < 0.4 else "steady"
     places = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.5, knots - 1))]) * length
@@ -90,13 +110,18 @@ def _course_of(seed: int, problem: Problem) -> History:
         speeds = np.where(rng.random(count) < 0.5, 0.0, 1.0)
         speeds[0], speeds[-1] = 1.0, 1.0
         values[SPEED] = tuple(np.maximum(speeds, 0.05).tolist())
-    return History(problem, Course(tuple(places.tolist()), values or {ALONG: course(derived.saturation_creepage)}, True, steps,
-                                   begin))  # fmt: skip
+    if not values:
+        values = {FORCE: course(0.5 * motion.force_x)} if motion.force_x is not None else {
+            ALONG: course(derived.saturation_creepage)}
+    return History(problem, Course(tuple(places.tolist()), values, True, steps, begin))
 
 
 def check(history: History) -> Outcome:
     """Solve it; friction and heat have limits, and other places, units, a speed and the mirror change nothing."""
-    result = HistorySolver().solve(history)
+    try:
+        result = HistorySolver().solve(history)
+    except Unsolvable as reason:  # a given force above what friction carries under the least load
+        return Outcome(reason=str(reason), excused="reaches or exceeds what friction can carry" in str(reason))
     outcome = Outcome(result.converged, result.reason, work=int(result.work["applications"] / max(1, result.work["steps"])))
     return replace(outcome, broken=tuple(_faults(history, result))) if result.converged else outcome
 
@@ -110,36 +135,100 @@ def _faults(history: History, result: Result) -> Iterator[str]:
     heat = np.array(table["heat_J"])
     if (np.diff(heat) < -SAME * heat.max()).any():
         yield "heat that comes back"
-    for name, other, (x, y) in _same(history):
+    for name, other, signs in _same(history):
         found = _table(HistorySolver().solve(other))
-        for column, sign in (("force_x_N", x), ("force_y_N", y)):
-            away = np.abs(sign * np.array(found[column]) - np.array(table[column])) / limit
-            errors = np.array(table.get(UNCERTAINTY + column, np.zeros(len(limit)))) / limit
+        for column, sign in zip(("force_x_N", "force_y_N"), signs, strict=True):
+            # One that begins later has the last rows.
+            own, last = np.array(table[column])[-found.count:], limit[-found.count:]
+            away = np.abs(sign * np.array(found[column]) - own) / last
+            errors = np.array(table.get(UNCERTAINTY + column, np.zeros(table.count)))[-found.count:] / last
             if (away > SAME + 0.1 * errors).any():
                 yield f"{name}: {column} differs by {away.max():.2g} μW"
 
 
 def _same(history: History) -> Iterator[tuple[str, History, tuple[float, float]]]:
     """Histories that are the same but for factors of their forces."""
-    course, problem = history.course, history.problem
+    course, problem, motion = history.course, history.problem, history.problem.motion
     away = course.places[-1] - course.places[0]
     yield "other places", replace(history, course=replace(course, places=tuple(p + away for p in course.places))), (1.0, 1.0)
-    sign = {key: -1.0 if key in ODD else 1.0 for key in course.values}
-    mirrored = {key: tuple(sign[key] * value for value in values) for key, values in course.values.items()}
-    motion = problem.motion
-    other = replace(motion, spin=-motion.spin, creepage_y=None if motion.creepage_y is None else -motion.creepage_y,
-                    force_y=None if motion.force_y is None else -motion.force_y)
-    yield "mirror", History(replace(problem, motion=other), replace(course, values=mirrored)), (1.0, -1.0)
+    yield "exchange", _exchanged(history), (-1.0, -1.0)
+    if not problem.geometry.elliptic:
+        yield "elsewhere", replace(history, problem=replace(problem, geometry=_shifted(problem.geometry))), (1.0, 1.0)
+    elif problem.geometry.symmetric:
+        mirrored = replace(problem, motion=_with(motion, across=-1.0))
+        yield "mirror", History(mirrored, _times(course, dict.fromkeys(ODD, -1.0))), (1.0, -1.0)
     factor = 8.0
-    stiffer = [replace(body, youngs_modulus=factor * body.youngs_modulus) for body in (problem.lower, problem.upper)]
-    forces = {name: None if (value := getattr(motion, name)) is None else factor * value for name in ("force_x", "force_y")}
-    scaled = {key: tuple((factor if key.endswith("_N") else 1.0) * value for value in values)
-              for key, values in course.values.items()}
+    # Heat is more, too, and warms as before.
+    stiffer = [replace(body, youngs_modulus=factor * body.youngs_modulus,
+                       conductivity=body.conductivity and factor * body.conductivity)
+               for body in (problem.lower, problem.upper)]
+    forces = {key: factor for key in course.values if key.endswith("_N")}
     yield "units of force", History(replace(
         problem, lower=stiffer[0], upper=stiffer[1], normal_force=factor * problem.normal_force,
-        motion=replace(motion, **forces)), replace(course, values=scaled)), (1.0 / factor, 1.0 / factor)  # type: ignore[arg-type]
-    if course.by_distance and SPEED not in course.values:
+        motion=_with(motion, force=factor)), _times(course, forces)), (1.0 / factor, 1.0 / factor)
+    if not problem.heating.heat and course.by_distance and SPEED not in course.values:
         yield "twice the speed", replace(history, problem=replace(problem, motion=replace(motion, speed=2.0))), (1.0, 1.0)
+    # Another load has another grid, and a file does not tell the heat that it has seen.
+    if not problem.heating.heat and motion.speed == 0.0 and len(course.rows) > 2 and LOAD not in course.values:
+        yield from _later(history)
+
+
+def _times(course: Course, factors: Mapping[str, float]) -> Course:
+    """A course with values times factors by key."""
+    return replace(course, values={key: tuple(factors.get(key, 1.0) * value for value in values)
+                                   for key, values in course.values.items()})
+
+
+def _with(motion: Motion, *, along: float = 1.0, across: float = 1.0, force: float = 1.0) -> Motion:
+    """A motion with factors of what is along, of what is across and of the spin, and of all forces."""
+
+    def times(factor: float, value: float | None) -> float | None:
+        return None if value is None else factor * value
+
+    return replace(motion, creepage_x=times(along, motion.creepage_x), creepage_y=times(across, motion.creepage_y),
+                   spin=across * motion.spin, force_x=times(along * force, motion.force_x),
+                   force_y=times(across * force, motion.force_y))
+
+
+def _exchanged(history: History) -> History:
+    """The same seen from the other side: all that one body does against the other changes its sign."""
+    problem, geometry, heating = history.problem, history.problem.geometry, history.problem.heating
+    assert isinstance(geometry, Geometry)
+    swapped = Geometry(geometry.upper_radius_x, geometry.upper_radius_y, geometry.lower_radius_x, geometry.lower_radius_y,
+                       geometry.upper_profile, geometry.lower_profile)
+    share = heating.partition if heating.partition == "matched" else 1.0 - heating.partition
+    heat = replace(heating, partition=share, bulk_lower=heating.bulk_upper, bulk_upper=heating.bulk_lower)
+    flipped = dict.fromkeys((ALONG, ACROSS, SPIN, FORCE, "force.lateral_N", SHIFT, SHIFT_ACROSS), -1.0)
+    return History(replace(problem, lower=problem.upper, upper=problem.lower, geometry=swapped, heating=heat,
+                           motion=_with(problem.motion, along=-1.0, across=-1.0)), _times(history.course, flipped))
+
+
+def _shifted(geometry: ContactGeometry) -> Geometry:
+    """The same profiles at another place across rolling, where they still have material at y = 0."""
+    assert isinstance(geometry, Geometry)
+    shift = -0.4 * geometry.limits[0]
+    return replace(geometry, **{f"{body}_profile": replace(profile, offset=profile.offset + shift)  # type: ignore[arg-type]
+                                for body, profile in geometry.profiles})
+
+
+def _later(history: History) -> Iterator[tuple[str, History, tuple[float, float]]]:
+    """The second half of the rows alone, which begins with the state at the end of the first half."""
+    course = history.course
+    middle = len(course.rows) // 2
+    place, places = float(course.rows[middle]), np.array(course.places)
+    if place in course.jumps or len(set(course.places)) < len(course.places):
+        return
+    values = {key: float(course.at(key, np.array([place]))[0]) for key in course.values}
+    halves = []
+    for inside, steps in ((places < place, middle), (places > place, len(course.rows) - 1 - middle)):
+        kept = {key: [value for value, here in zip(given, inside, strict=True) if here] for key, given in course.values.items()}
+        first = bool(inside[0])
+        halves.append(replace(
+            course, places=(*places[inside], place) if first else (place, *places[inside]),
+            values={key: (*given, values[key]) if first else (values[key], *given) for key, given in kept.items()},
+            steps=steps if course.steps else None))
+    begin = HistorySolver().solve(replace(history, course=halves[0]))
+    yield "in two cases", replace(history, course=replace(halves[1], begin=begin)), (1.0, 1.0)
 
 
 def covered(history: History, *_: int) -> Outcome:

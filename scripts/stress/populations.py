@@ -140,6 +140,8 @@ POPULATIONS = {
     "files of profiles": Population(profile_files.random_file, profile_files.check, 200),
     "bearings": Population(bearings.random_bearing, bearings.check, 40, limit=300.0),
     "contacts over time": Population(courses.random_course, courses.check, 100, limit=120.0),
+    "heat over time": Population(courses.warm_course, courses.check, 40, limit=300.0),
+    "few rows and ends over time": Population(courses.odd_course, courses.check, 100, limit=120.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),
     "fits of two values": Population(lambda seed: fits.random_curve(seed, 2), fits.covered, 200),
     "fits of three values": Population(lambda seed: fits.random_curve(seed, 3), fits.covered, 200),

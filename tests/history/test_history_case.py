@@ -22,6 +22,7 @@ from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.history.course import History
+from thermoroll_cli.history.history_plan import plan_of
 from thermoroll_cli.history.kept_steps import journal_of
 from thermoroll_cli.history.solve import HistorySolver
 from thermoroll_cli.problem.result import Result
@@ -94,6 +95,28 @@ def test_files_and_json(tmp_path: Path) -> None:
     assert {"out/ball.h5", "out/ball_history.csv", "out/ball_history.png"} <= set(record["files"])
     assert record["force_x_N"] == record["history"]["force_x_N"][-1]
     assert read_result(tmp_path / "out" / "ball.h5")["heat_J"] == record["history"]["heat_J"][-1]
+
+
+def test_show_has_steps_grids_and_what_heat_takes(tmp_path: Path) -> None:
+    case = ball(history={"steps": 8}, material=WARM, thermal={"deformation": False})
+    (tmp_path / "ball.toml").write_text(Case.from_dict(case).to_toml())
+    text = call("show", tmp_path / "ball.toml").stdout
+    assert "grid 8×8: 4 and 4 steps" in text and "grid 16×16: 9 steps" in text and "remember the heat" in text
+    plan = json.loads(call("show", tmp_path / "ball.toml", "--json").stdout)
+    assert plan["grids"] == [{"grid": [8, 8], "steps": [4, 4]}, {"grid": [16, 16], "steps": [9]}] and not plan["upper_bound"]
+    assert plan["heat_memory_bytes"] == 9 * (2 + 4 + 2) * 16 * 32 * 17
+    assert "few steps (3)" in call("show", tmp_path / "ball.toml", "--set", "history.steps=3").stdout
+    search = {**case, "numerics": {"accuracy": 1e-3, "accuracy_of": ["forces"]}}
+    (tmp_path / "ball.toml").write_text(Case.from_dict(search).to_toml())
+    text = call("show", tmp_path / "ball.toml").stdout
+    assert "grid 256×256: 65 steps at most, until forces are good to 0.001" in text and "at most about" in text
+
+
+def test_the_progress_of_a_history_ends_with_its_last_step() -> None:
+    """What the plan expects is what is reported."""
+    task, reports = Case.from_dict(ball(history={"steps": 5})).task, list[Any]()
+    HistorySolver().solve(task, report=lambda stage, info: reports.append((stage, tuple(info["grid"]))))
+    assert reports == plan_of(task).steps
 
 
 def test_a_table_over_time_is_drawn_and_reported_as_that_of_a_sweep(tmp_path: Path) -> None:

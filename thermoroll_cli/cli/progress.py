@@ -6,6 +6,7 @@ import contextlib
 import math
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
@@ -70,19 +71,25 @@ class Progress(Bar):
         self._title, self._quiet, self._verbose = title, quiet, verbose
         self._bound = "at most about " if at_most else "about "
         self._last: tuple[Any, ...] = ()
-        # Operations of an iteration: its transforms, and 3e5 that do not grow with the grid.
-        self._expected = {(stage, (nx, ny)): 3e5 + 4 * nx * ny * math.log2(4 * nx * ny)
-                          for stage, (nx, ny) in steps()} if self.live else {}  # fmt: skip
-        self._total, self._done = sum(self._expected.values()), 0.0
+        self._expected = Counter(steps() if self.live else ())
+        self._total, self._done = sum(_operations(step) * count for step, count in self._expected.items()), 0.0
 
     def __call__(self, stage: str, info: Mapping[str, Any]) -> None:
         step = stage, tuple(info.get("grid", ()))
         if self.live:
-            self._done += self._expected.pop(step, 0.0)
+            if self._expected[step]:
+                self._expected[step] -= 1
+                self._done += _operations(step)
             self.show(describe(self._title, stage, info), self._done, self._total, self._bound)
         elif not self._quiet and (self._verbose or step != self._last):
             self._last = step
             streams.note(describe(self._title, stage, info))
+
+
+def _operations(step: Step) -> float:
+    """Operations of an iteration: its transforms, and 3e5 that do not grow with the grid."""
+    elements = 4 * math.prod(step[1])
+    return 3e5 + elements * math.log2(elements)
 
 
 class PointsProgress(Bar):

@@ -10,7 +10,9 @@ from thermoroll_cli.files.case import Case, shown
 from thermoroll_cli.files.history_file import history_words
 from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.files.relaxation_file import series_words
+from thermoroll_cli.history.history_plan import HistoryPlan
 from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import number
 from thermoroll_cli.python_api import KINDS
 from thermoroll_cli.refinement.expected_heat import expected_temperature_warning
@@ -52,14 +54,19 @@ def show(
     kind = KINDS[type(task)]
     with options.recorded(case, as_json), options.solvable(read, str(case)):
         plan = None if kind.plan is None else kind.plan(task)
-        facts, warnings = (kind.facts(task), list(kind.warnings(task))) if plan is None else (
-            plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)])
+        facts, warnings = (plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)]) if isinstance(
+            plan, Plan) else (kind.facts(task), list(kind.warnings(task)))
     if as_json:
         inputs = {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in read.inputs}
-        planned = {} if plan is None else {
-            "run": plan.run, "skipped": plan.skipped, "grid": plan.sides, "memory_bytes": _memory(read, plan),
-            "seconds": plan.seconds, "picture_seconds": _picture_seconds(read, plan),
-            "upper_bound": read.problem.numerics.accuracy is not None}
+        planned: dict[str, Any] = {} if plan is None else {
+            "memory_bytes": _memory(read, plan), "seconds": plan.seconds,
+            "picture_seconds": _picture_seconds(read.plots, task.contact, plan),
+            "upper_bound": task.contact.numerics.accuracy is not None}
+        if isinstance(plan, Plan):
+            planned |= {"run": plan.run, "skipped": plan.skipped, "grid": plan.sides}
+        elif plan is not None:
+            planned |= {"grids": [{"grid": shape, "steps": counts} for shape, counts in plan.grids],
+                        "applications": plan.applications, "heat_memory_bytes": plan.past_bytes}
         streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **facts, "warnings": warnings,
                             **planned})
         return
@@ -76,16 +83,28 @@ def show(
     lines += "known before solving", *with_remarks(
         [(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width)
     if plan is not None:
-        steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
-        numerics, drawing = read.problem.numerics, _picture_seconds(read, plan)
+        drawing, numerics = _picture_seconds(read.plots, task.contact, plan), task.contact.numerics
         asked = ", ".join(numerics.accuracy_of) or "the scalars"
         upto = f" at most, until {asked} are good to {numerics.accuracy:g}" if numerics.accuracy is not None else ""
         pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
         seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core
-        lines += "plan", *with_remarks(steps, width), f"  grid {'×'.join(map(str, plan.sides))}{upto}", (
+        lines += "plan", *(_stages(plan, upto, width) if isinstance(plan, Plan) else _steps(plan, upto)), (
             f"  {'at most ' if upto else ''}about {_memory(read, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}")
     streams.write(
         *lines, *(line for warning in warnings for line in folded(f"warning: {warning}", width)))
+
+
+def _stages(plan: Plan, upto: str, width: int) -> list[str]:
+    """Stages that run or are skipped, and the grid."""
+    steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
+    return [*with_remarks(steps, width), f"  grid {'×'.join(map(str, plan.sides))}{upto}"]
+
+
+def _steps(plan: HistoryPlan, upto: str) -> list[str]:
+    """Grids with the numbers of their steps, and the work."""
+    lines = [f"  grid {'×'.join(map(str, shape))}: {' and '.join(map(str, counts))} steps" for shape, counts in plan.grids]
+    past = f"; {plan.past_bytes / 2**20:.2g} MiB remember the heat of all steps" if plan.past_bytes else ""
+    return [*lines[:-1], lines[-1] + upto, f"  about {plan.applications} applications of the tangential operator{past}"]
 
 
 def _finite(value: Any) -> Any:
@@ -93,14 +112,15 @@ def _finite(value: Any) -> Any:
     return "inf" if value == float("inf") else value
 
 
-def _memory(case: Case, plan: Plan) -> int:
+def _memory(case: Case, plan: Plan | HistoryPlan) -> int:
     """Memory of the whole process in bytes, 100 MiB of it for Python and libraries, 105 MiB for drawing: pictures are drawn
     when the solver's arrays are still there."""
     return plan.memory_bytes + (100 + (0 if case.plots == "none" else 105)) * 2**20
 
 
-def _picture_seconds(case: Case, plan: Plan) -> float:
+def _picture_seconds(plots: str, contact: Problem, plan: Plan | HistoryPlan) -> float:
     """Time for loading matplotlib and for each picture, on one core: four of every run, two of heat, one of profiles;
-    or the summary alone."""
-    count = 4 + (2 if plan.runs("heat") else 0) + (not case.problem.geometry.elliptic)
-    return {"none": 0.0, "summary": 0.7}.get(case.plots, 0.5 + 0.2 * count)
+    or the summary alone; and that of a course over time."""
+    heated = plan.runs("heat") if isinstance(plan, Plan) else bool(plan.past_bytes)
+    count = 4 + (2 if heated else 0) + (not contact.geometry.elliptic) + isinstance(plan, HistoryPlan)
+    return {"none": 0.0, "summary": 0.7}.get(plots, 0.5 + 0.2 * count)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any
@@ -13,10 +13,10 @@ from scipy.ndimage import maximum_filter1d
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.history.course import VARIED, History
+from thermoroll_cli.history.history_plan import check, grids_of, warnings_of
 from thermoroll_cli.history.kept_steps import KeptSteps
 from thermoroll_cli.history.steps import Moment, Steps
 from thermoroll_cli.problem.columns import CONVERGED, Columns
-from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.names import PLACES, SCALARS, UNCERTAINTY, holds, over_limit
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
@@ -25,21 +25,13 @@ from thermoroll_cli.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTE
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.steady_state.scalars import patches_of, problem_scalars
-from thermoroll_cli.steady_state.solvable import reasons_against
 from thermoroll_cli.tasks.journal import Journal
 
-COARSEST = 8
-"""Elements per side of a coarser grid that gives error estimates."""
 SAFETY = 1.75
 """Estimated error over the difference from half the elements and steps: with kinks and jumps between long steps, which have
 errors of first order, 96 % of 520 pairs are then covered (`make stress`), at six times the error in the median."""
 MIDDLE = 0.25
 """Least error of the pressure in the middle over that of the largest one: on 10 and 20 elements it may be the same."""
-FEW = 6
-"""Steps below which errors are doubtful."""
-FIRST, FINEST = 32, 256
-"""Elements per side of the first grid and of the last one tried where an accuracy is asked for; each takes eight times the time
-of the one before."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
@@ -68,24 +60,22 @@ class HistorySolver:
         """The result of the last state, with the columns of all. What is reported of a step may have `so_far`, a function that
         makes the result up to there. Steps go into the `journal`, if there is one, and those that it has are not solved again.
         Raises Unsolvable where friction cannot carry a force, JournalError."""
-        _check(history)
+        check(history)
         extent = max(history.problem.numerics.extent, SMALLEST_EXTENT)
-        count = len(history.course.rows) - 1
-        doubtful = count < FEW and history.problem.motion.speed > 0.0 and history.problem.numerics.accuracy is None
-        warnings = few = [f"few steps ({count}): errors may be larger than estimated; set history.steps"] if doubtful else []
+        warnings = known = warnings_of(history)
         while True:
             found = self._refined(history, extent, warnings, report, journal)
             if found is not None:
                 return found
             extent *= GROWTH
-            warnings = [*few, f"the contact reached the rim of the domain: extent grown to {extent:g}"]
+            warnings = [*known, f"the contact reached the rim of the domain: extent grown to {extent:g}"]
 
     def _refined(
         self, history: History, extent: float, warnings: Sequence[str], report: Report | None, journal: Journal | None
     ) -> Result | None:
         """The result on grids with ever more elements and steps, until it is as accurate as asked; None where the contact
         reaches the rim of a domain that may grow."""
-        level, accuracy, grids = None, history.problem.numerics.accuracy, list(_grids(history))
+        level, accuracy, grids = None, history.problem.numerics.accuracy, list(grids_of(history))
         for shape, runs in grids:
             level = _Level(history, [] if level is None else level.rows, warnings)
             for moment in chain.from_iterable(
@@ -136,39 +126,6 @@ class _Level:
         """The result up to now."""
         assert self._last is not None
         return _result(self.history, self.rows, self._last, _errors(self.history, self.rows, self.coarser), self.warnings)
-
-
-def _grids(history: History) -> Iterator[tuple[tuple[int, int], list[Array]]]:
-    """Grids from coarse to fine with the places of the steps of each run: half the elements with every second row and with all
-    others, what is asked for, and where an accuracy is asked for twice the elements and the steps again and again. Steps after
-    a restart, of first order, are halved, and compared with whole ones."""
-    rows, numerics, restarts = history.course.rows, history.problem.numerics, np.array(history.restarts)
-    restarts = restarts[restarts < rows[-1]]
-
-    def after(places: Array) -> Array:
-        return places[np.searchsorted(places, restarts, side="right")]
-
-    nx, ny = numerics.grid or (FIRST, FIRST)
-    if min(nx, ny) >= 2 * COARSEST:
-        every_second = [np.union1d(rows[::2], rows[-1]), np.union1d(rows[:1], rows[1::2])]
-        yield ((nx + 1) // 2, (ny + 1) // 2), every_second[: len(rows) - 1]
-    yield (nx, ny), [np.union1d(rows, 0.5 * (restarts + after(rows)))]
-    times = 2
-    while numerics.grid is None and times * nx <= FINEST:
-        between = np.arange((len(rows) - 1) * times + 1) / times
-        places = np.interp(between, np.arange(len(rows)), rows)
-        yield (times * nx, times * ny), [np.union1d(places, 0.5 * (restarts + after(places)))]
-        times *= 2
-
-
-def _check(history: History) -> None:
-    """Raises Unsolvable for the first reason against the problem at any place of the course."""
-    for place in history.course.places:
-        for after in (False, True):
-            for reason in reasons_against(DerivedQuantities(history.problem_at(place, after=after))):
-                key = "history.values" if reason.key in history.course.values else reason.key
-                where = f"at {1e3 * place:g} mm" if history.course.by_distance else f"at {place:g} s"
-                raise Unsolvable(f"{where}: {reason}", key, reason.allowed)
 
 
 def _missed(result: Result, history: History) -> list[str]:
