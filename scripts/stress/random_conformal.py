@@ -14,7 +14,6 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.rolling.differential_slip import compliance_shares
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 RATIOS = 0.1, 30.0
@@ -57,7 +56,7 @@ def agrees(problem: Problem) -> Outcome:
     load that is found for the vertical force of that."""
     outcomes: list[Outcome] = []
     results: list[Result] = []
-    patch = conformal_patch(problem.geometry, compliance_shares(problem))  # type: ignore[arg-type]
+    patch = conformal_patch(problem.geometry, problem.compliance_shares)  # type: ignore[arg-type]
     for each in (problem, replace(problem, geometry=patch) if any(patch.angle) else problem):
         outcomes.append(solved(each, lambda result: results.append(result) or ()))  # type: ignore[func-returns-value]
     plane, curved = (result.coupled.scalars for result in results)

@@ -14,7 +14,6 @@ from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.rolling.differential_slip import compliance_shares
 from thermoroll_cli.steady_state.derived import DerivedQuantities, rubbed
 
 KINDS = ("crown", "cubic", "bumps", "kink")
@@ -182,7 +181,7 @@ def _groove(rng: np.random.Generator) -> Problem:
     body = _material(rng, heated=False)
     problem = Problem(body, body, geometry, 1.0, Friction(float(rng.uniform(0.05, 0.4))), Motion(1.0), Heating(heat=False))
     load = (half * radius / DerivedQuantities(problem).scales.semi_axis_y) ** 3
-    return replace(problem, normal_force=load, geometry=conformal_patch(geometry, compliance_shares(problem)))
+    return replace(problem, normal_force=load, geometry=conformal_patch(geometry, problem.compliance_shares))
 
 
 def _points(shape: Callable[[np.ndarray], np.ndarray], half: float, height: float) -> Profile:

@@ -21,7 +21,7 @@ from thermoroll_cli.problem.problem import Heating, Motion, Problem
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling import differential_slip as module
-from thermoroll_cli.rolling.differential_slip import compliance_shares, differential_slip
+from thermoroll_cli.rolling.differential_slip import differential_slip
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 REFERENCES = reference("differential_slip")["cases"]
@@ -139,7 +139,7 @@ def test_free_rolling_that_slides_everywhere():
 
 def test_two_bodies_share_the_curvature_by_their_stiffness():
     problem = replace(with_slip(geometry=spheres(0.02)), lower=elastic(0.3, 70e9))
-    shares = compliance_shares(problem)
+    shares = problem.compliance_shares
     assert sum(shares) == pytest.approx(1.0) and shares[0] == pytest.approx(0.75)
     rigid = replace(problem, upper=elastic(0.3, 1e20))
     # A rigid ball keeps its shape: the common surface is its own, y²/2R below.

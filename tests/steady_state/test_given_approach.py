@@ -18,7 +18,6 @@ from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Layer, Problem
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.rolling.differential_slip import compliance_shares
 from thermoroll_cli.steady_state.derived import pressed_to
 
 ELASTIC = rolling(grid=24, creepage=(1e-3, 0.0))
@@ -26,7 +25,7 @@ ELASTIC = rolling(grid=24, creepage=(1e-3, 0.0))
 
 def groove() -> Problem:
     problem = replace(ELASTIC, geometry=Geometry(0.005, 0.005, -0.03, -0.0055))
-    return replace(problem, geometry=conformal_patch(problem.geometry, compliance_shares(problem)))
+    return replace(problem, geometry=conformal_patch(problem.geometry, problem.compliance_shares))
 
 
 def hot(factor: float) -> Problem:

@@ -201,8 +201,7 @@ class BearingProblem:
         speed, slip, rolling = self.slip(ring, angle, motion)
         geometry: Geometry | CurvedPatch = self.geometry(ring, angle)
         if self.curved:
-            shares = [contact.contact_modulus / body.plane_strain_modulus for body in (contact.lower, contact.upper)]
-            patch = _curved(geometry, (shares[0], shares[1]))
+            patch = _curved(geometry, contact.compliance_shares)
             # Shapes slip with the rolling velocity, which creepage makes another one than that of the mean speed.
             ratio = abs(rolling) / (speed * geometry.curvature_x)
             geometry = replace(patch, slip_x=tuple((ratio * np.array(patch.slip_x)).tolist()),

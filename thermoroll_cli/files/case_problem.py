@@ -126,8 +126,7 @@ def _geometry(table: model.GeometryTable, lower: si.Material, upper: si.Material
     geometry = Geometry(**radii)
     if not table.conformal:
         return geometry
-    shares = tuple(1.0 / body.plane_strain_modulus for body in (lower, upper))
-    patch = conformal_patch(geometry, (shares[0] / sum(shares), shares[1] / sum(shares)))
+    patch = conformal_patch(geometry, si.compliance_shares(lower, upper))
     return patch if any(patch.angle) else geometry
 
 

@@ -16,7 +16,15 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, ContactGeometry, Geometry, Surface, Unsolvable, surfaces
+from thermoroll_cli.problem.geometry import (
+    SYMMETRY_TOLERANCE,
+    ContactGeometry,
+    Geometry,
+    Surface,
+    Unsolvable,
+    common_surface,
+    surfaces,
+)
 
 SAMPLES = 401
 """Arc lengths at which the gap of `conformal_patch` is tabulated: splines between them are good to 1e-10 of the radius."""
@@ -190,7 +198,7 @@ def conformal_patch(geometry: Geometry, shares: tuple[float, float]) -> CurvedPa
 
 def _common(lower: Surface, upper: Surface, shares: tuple[float, float], y: Array, n: int) -> Array:
     """Height (n = 0; with any constant) or slope (1) of the common surface."""
-    return shares[1] * lower.shape(y, n) - shares[0] * upper.shape(y, n)
+    return common_surface(lower.shape(y, n), -upper.shape(y, n), shares)
 
 
 def _sampled(

@@ -296,21 +296,18 @@ class Geometry(ContactGeometry):
 
     def surface_angle(self, shares: tuple[float, float], y: Array) -> Array:
         bottom, top = surfaces(self)
-        return np.arctan(shares[1] * bottom.slope(y) - shares[0] * top.slope(y))
+        return np.arctan(common_surface(bottom.slope(y), -top.slope(y), shares))
 
     def longitudinal_slip(self, shares: tuple[float, float], y: Array) -> Array:
         """Differential slip d(y) (`rolling.differential_slip`)."""
-        lower, upper = shares
         bottom, top = surfaces(self)
         # The lower surface is z₁, the upper one −z₂: both heights are measured out of their body.
-        return np.asarray((upper * bottom.bend(y) - lower * top.bend(y)) * self.curvature_x)
+        return common_surface(bottom.bend(y), -top.bend(y), shares) * self.curvature_x
 
     def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
-        lower, upper = shares
         bottom, top = surfaces(self)
         zero = np.zeros(1)
-        return np.asarray((upper * (bottom.slope(y) - bottom.slope(zero)) - lower * (top.slope(y) - top.slope(zero)))
-                          * self.curvature_x)
+        return common_surface(bottom.slope(y) - bottom.slope(zero), top.slope(zero) - top.slope(y), shares) * self.curvature_x
 
     def lateral_slip(self, shares: tuple[float, float], x: Array | float, y: Array) -> Array:
         return -x * self.longitudinal_slope(shares, y)
@@ -342,6 +339,13 @@ class Surface:
         y = np.clip(np.asarray(y, dtype=float), *self.ends)
         zero = np.zeros(1)
         return np.asarray(self.shape(y, 0) - self.shape(zero, 0) - y * self.shape(zero, 1))
+
+
+def common_surface(lower: Array, upper: Array, shares: tuple[float, float]) -> Array:
+    """Height or slope of the surface in which two bodies touch, w₂ z₁ + w₁ z₂, from those of both undeformed surfaces in the
+    same direction and the `shares` w of the bodies in the compliance: each body gives way by its share of the distance, so the
+    stiffer one keeps more of its shape."""
+    return np.asarray(shares[1] * lower + shares[0] * upper)
 
 
 def surfaces(geometry: Geometry) -> tuple[Surface, Surface]:

@@ -101,6 +101,13 @@ class Material:
         return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
 
 
+def compliance_shares(lower: Material, upper: Material) -> tuple[float, float]:
+    """Shares w₁ and w₂ of two bodies in the compliance of their contact, with the sum 1; of coated bodies those of their
+    substrates."""
+    moduli = lower.plane_strain_modulus, upper.plane_strain_modulus
+    return moduli[1] / sum(moduli), moduli[0] / sum(moduli)
+
+
 @dataclass(frozen=True)
 class Motion:
     """Rolling speed in m/s, creepages and prescribed forces.
@@ -323,6 +330,11 @@ class Problem:
     def contact_modulus(self) -> float:
         """E* with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂ in Pa; of coated bodies that of the surfaces' materials."""
         return 1.0 / (1.0 / self.lower.surface.plane_strain_modulus + 1.0 / self.upper.surface.plane_strain_modulus)
+
+    @property
+    def compliance_shares(self) -> tuple[float, float]:
+        """w₁ and w₂ of `compliance_shares`."""
+        return compliance_shares(self.lower, self.upper)
 
     @property
     def relaxes(self) -> bool:

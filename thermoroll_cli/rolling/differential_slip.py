@@ -54,7 +54,7 @@ class DifferentialSlip:
 
     def lateral(self, x: Array, y: Array) -> Array:
         """−x d'(y) at the places x, y (m), which are broadcast, unless the geometry has it otherwise."""
-        return self.problem.geometry.lateral_slip(compliance_shares(self.problem), x, y) if self.active else np.zeros(1)
+        return self.problem.geometry.lateral_slip(self.problem.compliance_shares, x, y) if self.active else np.zeros(1)
 
     def slope(self, y: Array) -> Array:
         """d'(y) in 1/m."""
@@ -63,18 +63,12 @@ class DifferentialSlip:
 
 def differential_slip(problem: Problem, y: Array) -> Array:
     """d(y) of the module's docstring at the places `y` (m), dimensionless."""
-    return problem.geometry.longitudinal_slip(compliance_shares(problem), y)
+    return problem.geometry.longitudinal_slip(problem.compliance_shares, y)
 
 
 def slope(problem: Problem, y: Array) -> Array:
     """d'(y) in 1/m at the places `y` (m)."""
-    return problem.geometry.longitudinal_slope(compliance_shares(problem), y)
-
-
-def compliance_shares(problem: Problem) -> tuple[float, float]:
-    """w₁ and w₂, the shares of the bodies in the compliance of the contact; their sum is 1."""
-    modulus = problem.contact_modulus
-    return modulus / problem.lower.plane_strain_modulus, modulus / problem.upper.plane_strain_modulus
+    return problem.geometry.longitudinal_slope(problem.compliance_shares, y)
 
 
 def resolved(
@@ -86,7 +80,7 @@ def resolved(
     stick change with the ratio; spin counts with the larger of the contact's `half_lengths` (m), d' with that along x."""
     if not problem.motion.differential_slip:
         return DifferentialSlip(problem, "switched off")
-    parts = differential_slip(problem, y), problem.geometry.lateral_slip(compliance_shares(problem), half_lengths[0], y)
+    parts = differential_slip(problem, y), problem.geometry.lateral_slip(problem.compliance_shares, half_lengths[0], y)
     largest = float(np.abs(parts).max())
     if largest == 0.0:
         return DifferentialSlip(problem, "exactly zero: weighted by their stiffness, both surfaces curve alike")

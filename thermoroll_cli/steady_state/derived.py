@@ -20,7 +20,7 @@ from thermoroll_cli.numerics.convolution import Parities
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.contact import Past
 from thermoroll_cli.problem.problem import Material, Problem
-from thermoroll_cli.rolling.differential_slip import DifferentialSlip, compliance_shares, resolved
+from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved
 
 SLIP_SAMPLES = 65
 """Places across the contact at which the largest differential slip is searched for."""
@@ -108,7 +108,7 @@ class DerivedQuantities:
     def contact_angles(self) -> tuple[float, float]:
         """Lowest and highest inclination in rad of the surface in which the bodies touch, across the contact but for its very
         ends, where crowns are vertical."""
-        scales, shares = self.scales, compliance_shares(self.problem)
+        scales, shares = self.scales, self.problem.compliance_shares
         y = scales.centre + 0.98 * scales.semi_axis_y * np.linspace(-1.0, 1.0, SLIP_SAMPLES)
         angles = self.problem.geometry.surface_angle(shares, y)
         return float(angles.min()), float(angles.max())

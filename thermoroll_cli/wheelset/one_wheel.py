@@ -10,6 +10,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.roots import RisingRoot
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.wheelset.indentation import Indentation
 from thermoroll_cli.wheelset.patch_surface import PatchSurface, patches_of
 from thermoroll_cli.wheelset.placement import Position
@@ -76,10 +77,11 @@ class Bearing:
 
 
 class WheelOnRail:
-    """A right wheel over its rail, with the modulus of contact (Pa). Its patches are kept while it hardly moves."""
+    """A right wheel over its rail, of the materials of a `contact`. Its patches are kept while it hardly moves."""
 
-    def __init__(self, contact_modulus: float, *, curved: bool) -> None:
-        self.contact_modulus, self.curved = contact_modulus, curved
+    def __init__(self, contact: Problem, *, curved: bool) -> None:
+        self.contact_modulus, self.curved = contact.contact_modulus, curved
+        self._shares = contact.compliance_shares
         self._joined = 0.0
         self._facing: Facing | None = None
         self._indentations: list[Indentation] = []
@@ -132,7 +134,7 @@ class WheelOnRail:
     def _find(self, facing: Facing, position: Position) -> None:
         """The patches at a `position` of the wheel."""
         lowered = facing.lowered(position.z - facing.position.z)
-        found = patches_of(lowered, curved=self.curved, joined=self._joined * max(-lowered.clearance, 0.0))
+        found = patches_of(lowered, curved=self.curved, shares=self._shares, joined=self._joined * max(-lowered.clearance, 0.0))
         patches = [patch for patch in found if patch.faces and patch.overlap[0] > 0.0]
         before = self._indentations if len(patches) == len(self._indentations) else [None] * len(patches)
         self._indentations = [Indentation(patch, self.contact_modulus, None if last is None else last.pressure)

@@ -13,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.geometry import Unsolvable, common_surface
 from thermoroll_cli.wheelset.curves import SMALLEST_STEP, STEP
 from thermoroll_cli.wheelset.kinematics import directions
 from thermoroll_cli.wheelset.placement import Position
@@ -75,9 +75,10 @@ def section(
 class PatchSurface:
     """A patch of a right wheel on a right rail, around an overlap over `low` ≤ y ≤ `high` (m) of both outlines; beyond `ridges`
     (m) its neighbours or nothing lie. The reference point is at `x`, `y`, `z` (m, track axes), where the rail's inclination is
-    `angle` (rad). The reference surface is the mean of rail and locus if `curved`, else the plane of that point. x and s (m)
-    are coordinates on it from the point: along the track, and arc length across, to the field side. Points are in the axes of
-    the place, which is `x` ahead on the track or on the roller (`position`)."""
+    `angle` (rad). The reference surface is that in which rail and locus touch, with the `shares` of rail and wheel in the
+    compliance, if `curved`, else the plane of that point. x and s (m) are coordinates on it from the point: along the track,
+    and arc length across, to the field side. Points are in the axes of the place, which is `x` ahead on the track or on the
+    roller (`position`)."""
 
     facing: Facing
     low: float
@@ -87,6 +88,7 @@ class PatchSurface:
     y: float
     z: float
     angle: float
+    shares: tuple[float, float]
     curved: bool = True
 
     @property
@@ -143,8 +145,7 @@ class PatchSurface:
         """Arc length, distance across and depth of the curved reference surface, and its inclination to the place."""
         low, high = self._ends
         across = np.linspace(low, high, max(int((high - low) / STEP), 50))
-        slope = 0.5 * (self.rail(across, 1) + self.wheel(across, 1))
-        depth = 0.5 * (self.rail(across) + self.wheel(across))
+        depth, slope = (common_surface(self.rail(across, n), self.wheel(across, n), self.shares) for n in (0, 1))
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), np.diff(depth)))))
         return length - np.interp(0.0, across, length), across, depth, np.arctan(slope)
 
@@ -286,7 +287,7 @@ class PatchSurface:
 
     def wheel_points(self, s: Array) -> Array:
         """Points (m) of the wheel above s at the x of the place, (n, 3), where it touches: it takes the shape of
-        the reference surface, a plane or the mean of both bodies, at the depth of its undeformed surface at the place."""
+        the reference surface, a plane or between both bodies, at the depth of its undeformed surface at the place."""
         depth = np.full(np.shape(s), float(self._along(self.wheel, np.zeros(1))[0]) if self.curved else self.overlap[0])
         angle = self.inclination(s)
         return np.asarray(self.places(s) + depth[:, None] * np.stack((0.0 * angle, -np.sin(angle), np.cos(angle)), axis=-1))
@@ -322,8 +323,11 @@ class PatchSurface:
                 ridges[1] >= self._ends[1] - CLOSE or high > self.limits[1] + CLOSE)
 
 
-def patches_of(facing: Facing, *, curved: bool, joined: float = 0.0) -> list[PatchSurface]:
-    """The patches of all overlaps in order of y; those between which the gap is at most `joined` (m) are one."""
+def patches_of(
+    facing: Facing, *, curved: bool, shares: tuple[float, float] = (0.5, 0.5), joined: float = 0.0
+) -> list[PatchSurface]:
+    """The patches of all overlaps in order of y; those between which the gap is at most `joined` (m) are one. `shares` are
+    those of rail and wheel in the compliance."""
     gap, (rail, wheel) = facing.gap, facing.outlines
     y, inside = rail.y, np.flatnonzero(gap < 0.0)
     if not len(inside):
@@ -339,5 +343,5 @@ def patches_of(facing: Facing, *, curved: bool, joined: float = 0.0) -> list[Pat
         patches.append(PatchSurface(
             facing, float(y[run[0]]), float(y[run[-1]]), (float(y[bounds[k]]), float(y[bounds[k + 1]])),
             x=float(share @ wheel.of(facing.locus[0])[run]), y=middle, z=float(np.interp(middle, y, rail.z)),
-            angle=float(share @ facing.angle[run]), curved=curved))
+            angle=float(share @ facing.angle[run]), shares=shares, curved=curved))
     return patches

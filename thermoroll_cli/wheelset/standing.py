@@ -38,7 +38,7 @@ Wheels = Mapping[SideName, WheelOnRail]
 
 def wheels_of(problem: WheelsetProblem) -> Wheels:
     """The wheels of `problem`, whose patches are kept from standing to standing."""
-    return {side: WheelOnRail(problem.contact.contact_modulus, curved=problem.curved) for side in problem.sides}
+    return {side: WheelOnRail(problem.contact, curved=problem.curved) for side in problem.sides}
 
 
 def stand(

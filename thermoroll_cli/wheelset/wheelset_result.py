@@ -134,11 +134,12 @@ def _outlines(solved: SolvedWheelset) -> dict[str, Array]:
 def _left_out(solved: SolvedWheelset) -> Iterator[str]:
     """Overlaps that are no patches."""
     problem, standing = solved.problem, solved.standing
+    shares = problem.contact.compliance_shares
     for side in problem.sides:
         facing = problem.facing(side, standing.roll)
         facing = facing.lowered(standing.height - facing.position.z)
         solved_at = [patch.bearing.patch.y for patch in solved.patches if patch.side == side]
-        for patch in patches_of(facing, curved=problem.curved):
+        for patch in patches_of(facing, curved=problem.curved, shares=shares):
             if min((abs(patch.y - y) for y in solved_at), default=math.inf) > SAME_PATCH and not patch.faces:
                 yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
                        "end of a profile, where no normal meets both surfaces: this contact is left out")
