@@ -242,6 +242,7 @@ def test_a_flange_back_that_is_none_is_said(tmp_path, profile, more, found):
 
 @pytest.mark.parametrize(("points", "words", "hint"), [
     ([[-0.03, 0.03], [-0.02, 0.0], [0.02, 0.0], [0.03, 0.03]], "the profile is 0.103 mm long", "in metres"),
+    ([[-3.0, 0.0], [1e308, 0.0]], "1e+308 is beyond 1e+06 mm", "5 to 500 mm"),
     ([[-30.0, -30.0], [-20.0, -1.0], [0.0, 0.0], [10.0, 0.5], [20.0, 0.0], [30.0, -30.0]], "the profile is upside down",
      "z points down"),
 ])  # fmt: skip

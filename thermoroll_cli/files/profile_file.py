@@ -144,11 +144,13 @@ def outline_fault(points: Sequence[Sequence[float]], *, wheel: bool) -> tuple[st
 
     Only what stands out tells top from bottom: the flange of a wheel, at one end of it, or the faces of a rail."""
     y, z = np.array(points).T
+    size = "a profile of a wheel or a rail is 5 to 500 mm long, in mm"
+    if not (farthest := float(np.abs(points).max())) <= 1e6:
+        return f"{farthest:g} is beyond 1e+06 mm", size
     length = float(np.hypot(np.diff(y), np.diff(z)).sum())
     if not LENGTHS[0] <= length <= LENGTHS[1]:
         metres = LENGTHS[0] <= 1e3 * length <= LENGTHS[1]
-        return f"the profile is {length:.3g} mm long", ("its points seem to be in metres: give them in mm" if metres
-                                                        else "a profile of a wheel or a rail is 5 to 500 mm long, in mm")
+        return f"the profile is {length:.3g} mm long", ("its points seem to be in metres: give them in mm" if metres else size)
     # The height that half of the width lies above, wherever points are dense.
     order = np.argsort(z[1:] + z[:-1])
     width = np.cumsum(np.abs(np.diff(y))[order])
