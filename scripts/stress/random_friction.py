@@ -60,7 +60,8 @@ def _own_gradient(derived: DerivedQuantities) -> float:
 
 def random_yield(seed: int, contact: Callable[[int], Problem] = random_contact) -> Problem:
     """The contact of `seed` with a layer that yields at 0.2 to 0.95 of the largest Coulomb bound; half of them also shear
-    elastically. A force is at most nine tenths of what the layer carries."""
+    elastically, and half harden or soften, by up to the bound itself. A force is at most nine tenths of what the layer carries
+    before it has hardened, or half of that if it softens."""
     rng = np.random.default_rng([19, seed])
     problem = contact(110000 + seed)
     derived = DerivedQuantities(problem)
@@ -72,7 +73,15 @@ def random_yield(seed: int, contact: Callable[[int], Problem] = random_contact) 
     motion, carried = problem.motion, 0.9 * share_below(share, line=problem.line) * problem.traction_limit
     if motion.force_x is not None:
         motion = replace(motion, force_x=math.copysign(min(abs(motion.force_x), carried), motion.force_x))
-    return replace(problem, motion=motion, interlayer=Interlayer(layer, share * bound))
+    hardening = 0.0
+    if rng.random() < 0.5:
+        slip = max(float(np.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0)), derived.saturation_creepage)
+        hardening = 10.0 ** float(rng.uniform(-1.5, 0.5)) * bound / (slip * derived.hertz.semi_axis_x)
+        if rng.random() < 0.3:
+            hardening *= -0.3
+            if motion.force_x is not None:
+                motion = replace(motion, force_x=0.5 * motion.force_x)
+    return replace(problem, motion=motion, interlayer=Interlayer(layer, share * bound, hardening))
 
 
 def random_rising(seed: int, contact: Callable[[int], Problem] = random_contact) -> Problem:

@@ -166,6 +166,15 @@ def test_spin_turns_about_the_origin_of_a_shifted_contact(tmp_path: Path) -> Non
     assert [creepage.longitudinal, creepage.lateral, creepage.spin_rad_mm] == pytest.approx([0.004, -0.001, 0.001])
 
 
+def test_a_third_body_hardens(tmp_path: Path) -> None:
+    text = FIRST.format(chi="0.0").replace("022020", "022420")
+    text = text.replace("    1                  ", " 820. 0.02 60. -1000.\n    1  ", 1)
+    case = imported(deck_of(tmp_path, text + END))[0].case
+    assert case is not None
+    layer = case.problem.interlayer
+    assert [layer.compliance, layer.yield_stress, layer.hardening] == pytest.approx([0.02e-3 / 820e6, 60e6, -1e12])
+
+
 @pytest.mark.parametrize(("change", "reason"), [
     (("022020", "022320"), "M = 3"), (("203100", "200100"), None), (("203100", "233100"), "B = 3"),
     (("022020", "022029"), "E = 9"), (("203100", "202100"), None),

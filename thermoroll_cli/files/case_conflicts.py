@@ -311,6 +311,8 @@ def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Itera
 def _interlayer(layer: model.InterlayerTable) -> Iterator[Conflict]:
     if layer.compliance_um_GPa is None and layer.yield_MPa is None:
         yield Conflict(("layer",), "has no constant", "compliance_um_GPa, yield_MPa or both", at_key=True)
+    if layer.hardening_MPa_um and layer.yield_MPa is None:
+        yield Conflict(("layer", "hardening_MPa_um"), "belongs to a yield stress", "layer.yield_MPa beside it")
 
 
 def _thermal_constants(sections: Sections) -> Iterator[Conflict]:

@@ -202,6 +202,8 @@ class InterlayerTable(Table):
     compliance_um_GPa: float | None = quantity("Thickness of the interlayer over its shear modulus; 0: none", None,
                                                ge=0, le=1e12)  # fmt: skip
     yield_MPa: float | None = quantity("Shear stress at which the interlayer deforms plastically", None, ge=1e-9, le=1e9)
+    hardening_MPa_um: float = quantity("Growth of that stress with the plastic slip of the material; negative: it softens", 0.0,
+                                       ge=-1e5, le=1e5)  # fmt: skip
 
 
 class RollingTable(Table):

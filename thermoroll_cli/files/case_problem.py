@@ -60,7 +60,8 @@ def problem_of(settings: model.Settings) -> si.Problem:
         ),
         title=settings.title,
         wear=_wear(settings.wear, geometry),
-        interlayer=Interlayer() if layer is None else Interlayer(layer.si("compliance_um_GPa") or 0.0, layer.si("yield_MPa")),
+        interlayer=Interlayer() if layer is None else Interlayer(
+            layer.si("compliance_um_GPa") or 0.0, layer.si("yield_MPa"), layer.si("hardening_MPa_um")),
         subsurface=_subsurface(settings.subsurface, settings.strength),
     )
     if isinstance(problem.geometry, CurvedPatch):

@@ -30,12 +30,13 @@ SI = {
     "mrad/s": ("rad/s", 1e-3),
     "rad/mm": ("rad/m", 1e3),
     "N/mm": ("N/m", 1e3),
+    "MPa/µm": ("Pa/m", 1e12),
 }
 """Unit of a key → its SI unit, and the factor to it. Units not named here are SI units."""
 
 UNIT_AT_END = re.compile(
     r"_(?:[kMG]?Pa|N_mm|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m2K|K_W|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
-    r"|um_GPa|mm3_Nm|kg_m3|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|rpm|Nm|m?rad(?:_s)?|s)$",
+    r"|um_GPa|MPa_um|mm3_Nm|kg_m3|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|rpm|Nm|m?rad(?:_s)?|s)$",
     re.IGNORECASE,
 )
 """The unit at the end of a key: those of case files, and others that people write."""

@@ -66,7 +66,7 @@ class KeptSteps:
             return
         contact, tangential = state.contact, state.contact.tangential
         arrays = {"pressure": contact.normal.pressure, "traction": tangential.traction, "slip_friction": tangential.friction,
-                  **unknowns_of(contact)}
+                  "hardening": tangential.hardening, **unknowns_of(contact)}
         if heat is not None:
             arrays |= {"heat": heat.total, "heat_slope": heat.slope, "exchanged": heat.exchanged}
         self.journal.keep({
@@ -96,7 +96,8 @@ def _step(record: Mapping[str, Any], grid: Grid) -> Step:
         arrays.pop("heat"), record["share"], arrays.pop("exchanged", None), arrays.pop("heat_slope"))
     traction = Traction(
         arrays.pop("traction"), np.zeros((2, *grid.shape)), pressure > 0.0, tuple(record["creepage"]), nothing, nothing,
-        record["power"], converged=record["converged"], friction=arrays.pop("slip_friction", None))
+        record["power"], converged=record["converged"], friction=arrays.pop("slip_friction", None),
+        hardening=arrays.pop("hardening", None))
     normal = Pressure(pressure, (pressure > 0.0).astype(float), nothing, nothing, approach=0.0, peak=float(pressure.max()))
     state = SteadyState(Contact(normal, traction, **arrays), 0, 0.0, record["converged"], 0, record["applications"], 0,
                         record["touches_rim"], ())

@@ -173,8 +173,9 @@ class Steps:
         problem = replace(problem, heating=replace(problem.heating, partition=0.5))
         here = here.under(DerivedQuantities(self._still(problem, (0.0, 0.0), here.grid, 1.0), past))
         normal = here.isothermal_pressure
-        traction = nothing if begin == "pressed" else _carried(begin, here, normal.pressure)
-        contact = Contact(normal, Traction(traction, nothing, normal.contact, (0.0, 0.0), nothing[0], nothing[0], 0.0))
+        traction, hardening = (nothing, nothing[0]) if begin == "pressed" else _carried(begin, here, normal.pressure)
+        contact = Contact(normal, Traction(
+            traction, nothing, normal.contact, (0.0, 0.0), nothing[0], nothing[0], 0.0, hardening=hardening))
         return here, SteadyState(contact, 0, 0.0, True, 0, 0, 0, False, ())
 
     # --- one step ----------------------------------------------------------------------------------------------------
@@ -297,8 +298,12 @@ def _rigid(here: Discretisation, contact: Contact) -> Array:
 
 
 def _friction_factor(here: Discretisation, contact: Contact) -> Array | None:
-    """The factor of friction with memory, (nx, ny), where there is no contact that of new material; None without memory."""
+    """The factor of friction with memory, (nx, ny), where there is no contact that of new material, or the growth of a yield
+    stress in Pa; None without memory."""
     friction = here.derived.problem.friction
+    if here.derived.problem.interlayer.hardens:
+        hardening = contact.tangential.hardening
+        return np.zeros(here.grid.shape) if hardening is None else hardening
     if friction.law is None or friction.law.memory == 0.0:
         return None
     factor, local = np.full(here.grid.shape, friction.law.at_rest), contact.tangential.friction
@@ -309,8 +314,8 @@ def _friction_factor(here: Discretisation, contact: Contact) -> Array | None:
     return factor
 
 
-def _carried(result: Result, here: Discretisation, pressure: Array) -> Array:
-    """Tractions of a result on this grid, (2, nx, ny) in Pa."""
+def _carried(result: Result, here: Discretisation, pressure: Array) -> tuple[Array, Array]:
+    """Tractions of a result on this grid, (2, nx, ny) in Pa, and by how much the yield stress of its interlayer has grown."""
     fields = result.fields
     steps = [float(places[1] - places[0]) for places in (result.x, result.y)]
     source = Grid.over((len(result.x), len(result.y)), len(result.x) * steps[0], len(result.y) * steps[1],
@@ -318,4 +323,9 @@ def _carried(result: Result, here: Discretisation, pressure: Array) -> Array:
     traction = np.stack([fields["shear_x"], fields["shear_y"]])
     alike = source.shape == here.grid.shape and np.allclose(
         (*result.x, *result.y), (*here.grid.x, *here.grid.y), rtol=1e-9, atol=0.0)
-    return traction if alike else Prolongation(source, here.grid).traction(traction, fields["pressure"], pressure)
+    yields = np.asarray(fields.get("yield_stress", np.zeros(source.shape)))
+    hardening = np.where(yields > 0.0, yields - (here.derived.problem.interlayer.yield_stress or 0.0), 0.0)
+    if alike:
+        return traction, hardening
+    carry = Prolongation(source, here.grid)
+    return carry.traction(traction, fields["pressure"], pressure), carry.from_inside(hardening)

@@ -114,11 +114,10 @@ def _materials(case: DeckCase) -> Content:
     if digits["M"] == 4:
         yields = 0.0 < read["TAU_C0"] < 1e10
         _leave_out(
-            (yields and read["K_TAU"] != 0.0, "M = 4: a third body that hardens (K_TAU)"),
             (yields and bool(digits["H"]), "M = 4: heat of a third body that yields"),
         )
         content["layer"] = {"compliance_um_GPa": 1e6 * read["LAYTHK"] / read["GG3"]} | (
-            {"yield_MPa": read["TAU_C0"]} if yields else {}
+            {"yield_MPa": read["TAU_C0"], "hardening_MPa_um": 1e-3 * read["K_TAU"]} if yields else {}
         )
     if digits["H"]:
         _leave_out(

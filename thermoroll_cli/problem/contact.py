@@ -45,7 +45,8 @@ class Traction:
     """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the given or found
     `creepage`, `heat` = heat flux over V (Pa), its change along x through each element `heat_slope`, `work` = ξ·F of all
     creepages (N) less the `hysteresis` (N) of shear inside bodies that relax, the coefficient of `friction` (nx, ny) where
-    it depends on slip, and the relative `displacement` of the surfaces (2, nx, ny) by traction in m, zero outside the contact's
+    it depends on slip, the `hardening` (nx, ny) in Pa by which the yield stress of an interlayer has grown (None: it does not),
+    and the relative `displacement` of the surfaces (2, nx, ny) by traction in m, zero outside the contact's
     window; None if it was not solved for. In a step over time `work` is what becomes heat: that of the creepages less what
     deforms the bodies."""
 
@@ -61,6 +62,7 @@ class Traction:
     applications: int = 0
     converged: bool = True
     friction: Array | None = None
+    hardening: Array | None = None
     hysteresis: float = 0.0
     displacement: Array | None = None
 
@@ -85,7 +87,8 @@ class Past:
     """What a contact remembers in one step over time: the change of displacement, (∂u/∂t)/V, is `rate` u − `slip`, with `rate`
     in 1/m and `slip` (2, nx, ny) from the displacements of the states before. `mirror` are the parities that all states of the
     history have across y = 0 (None: none). Where nothing `rolls`, V stands for any length over the time of the step. For
-    friction with memory (∂f/∂t)/V is `rate` (f − `friction`), (nx, ny), with the mean factors of the states before."""
+    friction with memory (∂f/∂t)/V is `rate` (f − `friction`), (nx, ny), with the mean factors of the states before; so it is
+    for the growth (Pa) of the yield stress of an interlayer."""
 
     rate: float
     slip: Array

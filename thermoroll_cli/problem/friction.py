@@ -199,7 +199,19 @@ class Friction:
 @dataclass(frozen=True)
 class Interlayer:
     """A third body between the surfaces, which shears under the traction: its tangential `compliance` h/G in m/Pa, and the
-    `yield_stress` (Pa) in shear at which it deforms plastically (None: it does not)."""
+    `yield_stress` (Pa) in shear at which it deforms plastically (None: it does not). That stress grows by `hardening` (Pa/m)
+    times the plastic slip of the material since it entered the contact, or falls where this is negative."""
 
     compliance: float = 0.0
     yield_stress: float | None = None
+    hardening: float = 0.0
+
+    @property
+    def most(self) -> float | None:
+        """The largest yield stress in Pa; None without limit."""
+        return None if self.hardening > 0.0 else self.yield_stress
+
+    @property
+    def hardens(self) -> bool:
+        """Whether its yield stress changes, up or down."""
+        return self.yield_stress is not None and self.hardening != 0.0

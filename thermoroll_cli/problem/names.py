@@ -115,7 +115,8 @@ class Quantity:
 UNITS = {
     "creepage_s": "", "_rad_s": "rad/s", "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm",
     "_W_mm": "W/mm", "_mm2_m": "mm²/m",
-    "_mrad_s": "mrad/s", "_um_GPa": "µm/GPa", "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³",
+    "_mrad_s": "mrad/s", "_um_GPa": "µm/GPa", "_MPa_um": "MPa/µm",
+    "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³",
     "_kg_m": "kg/m", "_kg": "kg", "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)",
     "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa",
     "_N_um": "N/µm", "_Mrev": "Mrev", "_rpm": "rpm", "_deg": "deg", "_Nm": "N m", "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm",
@@ -201,6 +202,7 @@ FIELDS = _named(
     Field("covered", "1", "share of the element inside the contact"),
     Field("stick_share", "1", "share of the element that sticks"),
     Field("friction_coefficient", "1", "local coefficient of friction, at the temperature and slip of the contact"),
+    Field("yield_stress", "Pa", "yield stress of an interlayer that hardens, by the plastic slip so far", symbol="$\\tau_c$"),
     Field("heat_flux", "W/m2", "frictional heat flux into both bodies"),
     Field("heat_flux_lower", "W/m2", "heat flux into the lower body, friction and conduction"),
     Field("temperature_rise_lower", "K", "surface temperature rise of the lower body", "temperature_rise"),

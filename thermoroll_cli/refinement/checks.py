@@ -113,7 +113,7 @@ def _too_little(level: Level) -> str:
     problem = discretisation.derived.problem
     force, wanted = problem.prescribed_force, problem.force_text(problem.prescribed_force)
     limit = float(contact.traction_bound(problem.friction.coefficient).sum()) * discretisation.grid.element_area
-    if problem.interlayer.yield_stress is not None and force > limit:
+    if problem.interlayer.most is not None and force > limit:
         return f"the interlayer yields: it carries {problem.force_text(limit)} at most, less than the prescribed {wanted}"
     if problem.friction_varies:
         contact = replace(contact, friction=friction_of(discretisation, discretisation.heat(contact)))

@@ -247,9 +247,9 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     warnings += warnings_before(derived)
     plan = Plan(derived, grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
                 _left_out(derived, skipped))
-    if plan.hertzian and problem.interlayer.yield_stress is not None:
+    if plan.hertzian and problem.interlayer.most is not None:
         # Other pressures are known only when they are solved (`checks`).
-        share = min(1.0, problem.interlayer.yield_stress / (problem.friction.coefficient * derived.scales.peak_pressure))
+        share = min(1.0, problem.interlayer.most / (problem.friction.coefficient * derived.scales.peak_pressure))
         check_yield(problem, share_below(share, line=problem.line) * problem.traction_limit)
     if problem.subsurface is None:
         return plan

@@ -13,6 +13,7 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.numerics.krylov import gmres
 from thermoroll_cli.rolling.element_borders import EdgeCompliance, block_product, edge_compliance
+from thermoroll_cli.rolling.hardening import Hardening
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.slip_friction import FrictionResponse, SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
@@ -45,7 +46,7 @@ class TangentialProblem:
     `force`: prescribed resultants along x and y in N, None if the creepage is given.
     `leading`: (3, n, m) error of the difference formula at the leading edge (`known_gradient`), None if unknown.
     `variation`: (n, m) half the change of ξ_x across the width of an element, None if negligible (`neutral_compliance`).
-    `slip_friction`: slip-dependent factor of `traction_bound`; None for a constant bound.
+    `slip_friction`: factor of `traction_bound` by slip; None for a constant bound.
     """
 
     traction_bound: Array
@@ -55,7 +56,7 @@ class TangentialProblem:
     force: tuple[float | None, float | None] = (None, None)
     leading: Array | None = None
     variation: Array | None = None
-    slip_friction: SlipFriction | None = None
+    slip_friction: SlipFriction | Hardening | None = None
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -110,7 +111,7 @@ class Newton:
         problem = self.problem
         at_slip = self.traction_bound
         if problem.slip_friction is not None and problem.variation is not None:
-            at_slip = at_slip * problem.slip_friction.law.about_neutral(problem.slip_friction.speed * problem.variation)
+            at_slip = at_slip * problem.slip_friction.about_neutral(problem.variation)
         return edge_compliance(problem.covered, self.traction_bound, self.gradient, problem.leading, problem.variation,
                                self.options, at_slip)
 
@@ -133,7 +134,7 @@ class Newton:
         """Whether each τ + ρ s belongs to one slip on the law of friction, which then gives the bound (`_free_slip`): with the
         bound of the iterate's own slip, Newton's steps would be short where friction changes steeply."""
         friction = self.problem.slip_friction
-        return friction is not None and friction.outweighed_by(self.rho, self.traction_bound)
+        return isinstance(friction, SlipFriction) and friction.outweighed_by(self.rho, self.traction_bound)
 
     @cached_property
     def count(self) -> int:
@@ -157,7 +158,7 @@ class Newton:
         force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
         bound, friction = self.traction_bound, problem.slip_friction
         if friction is not None and not self.free:  # a slip is known, which is about this one
-            bound = bound * np.maximum(friction.law.at_rest, friction.law.factor(friction.speed * rigid)[0])
+            bound = bound * friction.expected(rigid)
         expected = np.minimum(bound, STICK_TRACTION * rigid / self._element + force_traction)
         return float(np.linalg.norm(expected)) or 1.0
 
@@ -185,8 +186,8 @@ class Newton:
 
     def start(self, traction: AnyArray, creepage: tuple[float, float]) -> Iterate:
         """The iterate from `traction`, cut down to the largest bound of any slip, and the free creepages of `creepage`."""
-        size, law = np.hypot(traction[0], traction[1]), self.problem.slip_friction
-        most = self.traction_bound * (1.0 if law is None else law.law.highest)
+        size, friction = np.hypot(traction[0], traction[1]), self.problem.slip_friction
+        most = self.traction_bound * (1.0 if friction is None else friction.highest)
         shrink = np.where(size > most, most / np.where(size > 0.0, size, 1.0), 1.0)
         unknown = np.array([creepage[i] for i in self.free]) / self.creepage_unit
         traction = traction * (shrink * self.contact)
@@ -224,10 +225,10 @@ class Newton:
         trial = traction + self.rho * slip
         length = np.hypot(trial[0], trial[1])
         direction = trial / np.where(length > 0.0, length, 1.0)
-        taken = self._taken_at_borders(traction)
-        if self.problem.slip_friction is not None and self.resolves_friction:
+        taken, friction = self._taken_at_borders(traction), self.problem.slip_friction
+        if isinstance(friction, SlipFriction) and self.resolves_friction:
             total = length + self.rho * (direction * taken).sum(axis=0)
-            size = self.problem.slip_friction.resolvent(total, self.rho, self.traction_bound)
+            size = friction.resolvent(total, self.rho, self.traction_bound)
         else:
             size = np.maximum((direction * (slip + taken)).sum(axis=0), 0.0)
         size = np.where(self.contact, size, 0.0)

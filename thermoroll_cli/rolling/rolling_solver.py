@@ -14,8 +14,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
+from thermoroll_cli.rolling.hardening import Hardening
 from thermoroll_cli.rolling.newton import Iterate, Newton, TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
+from thermoroll_cli.rolling.slip_friction import SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse
 
 MOST_NEWTON_STEPS = 40
@@ -53,7 +55,8 @@ class TangentialSolution:
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation dissipates in
     each element (upstream difference and border compliance); `hysteresis` is the sum, in Pa, of the power that is lost inside
     bodies that relax. `displacement` is u = A τ in m, (2, n, m). `residual` is |τ − Proj(τ + ρ s)| over the expected tractions,
-    both in the 2-norm. `bound` is the largest traction, in Pa, with the friction at this slip."""
+    both in the 2-norm. `bound` is the largest traction, in Pa, with the friction at this slip, `hardening` the growth of
+    the interlayer's yield stress in Pa, (n, m); None if it does not change."""
 
     traction: Array
     slip: Array
@@ -66,6 +69,7 @@ class TangentialSolution:
     converged: bool
     bound: Array
     displacement: Array
+    hardening: Array | None = None
     hysteresis: float = 0.0
     history: tuple[float, ...] = field(default=())
 
@@ -85,7 +89,7 @@ class RollingSolver:
         Without a start, or if that start fails, Newton begins from the tractions of full stick cut down to the bound. From
         other starts rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so the
         iteration does not correct them."""
-        before = self.gradient.applications
+        before, friction = self.gradient.applications, problem.slip_friction
         history: list[float] = []
         newton, finished = self._newton(problem, starts, tolerance, history)
         settled = finished[0].norm <= 2.0 * tolerance
@@ -105,6 +109,7 @@ class RollingSolver:
             converged=settled,
             bound=state.bound,
             displacement=displacement,
+            hardening=friction.response(newton.free_slip(state)).hardening if isinstance(friction, Hardening) else None,
             hysteresis=inside,
             history=tuple(history),
         )
@@ -173,14 +178,14 @@ class RollingSolver:
         """Tractions of full stick without a bound, which is a linear problem. Forces by friction that begins at zero need
         creepages: below a threshold of slip no force answers to them."""
         friction = problem.slip_friction
-        begins_at_zero = friction is not None and friction.law.at_rest == 0.0 and bool(problem.free)
+        begins_at_zero = isinstance(friction, SlipFriction) and friction.law.at_rest == 0.0 and bool(problem.free)
         unbounded = replace(problem, traction_bound=problem.traction_bound * FULL_STICK_BOUND,
                             slip_friction=None if begins_at_zero else friction)
         newton = Newton(unbounded, self.gradient, self._inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
         creep = newton.creepage(state.unknown)
         wanted = np.array([force or 0.0 for force in problem.force]) / problem.element_area
-        if friction is not None and begins_at_zero and (size := math.hypot(*wanted)):
+        if isinstance(friction, SlipFriction) and begins_at_zero and (size := math.hypot(*wanted)):
             # Full stick may need creepages against the force, where spin alone makes more of it.
             slip = friction.law.slip_of(size / float(problem.traction_bound.sum())) / friction.speed
             creep = max(float(creep @ wanted) / size, slip) * wanted / size

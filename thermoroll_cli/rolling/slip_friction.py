@@ -34,14 +34,16 @@ ROUNDING = 1e-13
 @dataclass(frozen=True)
 class FrictionResponse:
     """`factor` by which slip changes the coefficient of friction, (n, m), and derivatives. `local`: of an element's mean factor
-    by its own slip. With memory also `passed`: of the factor at its outlet by its own slip; `kept`: of the factor at its outlet
-    by that at its inlet; `taken`: of its mean factor by that at its inlet."""
+    by its own slip. With memory of a state of the material, the factor or the growth of its yield stress, also `passed`: of the
+    state at its outlet by its own slip; `kept`: of the state at its outlet by that at its inlet; `taken`: of its mean factor by
+    the state at its inlet. `hardening` is the mean growth of a yield stress in Pa."""
 
     factor: Array
     local: Array
     taken: Array | None = None
     passed: Array | None = None
     kept: Array | None = None
+    hardening: Array | None = None
 
     def change(self, slip: Array) -> Array:
         """Change of the factor with a change of relative `slip`, (n, m)."""
@@ -67,6 +69,19 @@ class SlipFriction:
     before: Array | None = None
     rate: float = 0.0
     rolls: bool = True
+
+    @property
+    def highest(self) -> float:
+        """The largest factor at any slip."""
+        return self.law.highest
+
+    def about_neutral(self, slip: Array) -> Array:
+        """The factor where `slip` is the mean relative slip of an element with a neutral line (`FrictionLaw`)."""
+        return self.law.about_neutral(self.speed * slip)
+
+    def expected(self, slip: Array) -> Array:
+        """About the factor at the relative `slip` of the bodies, (n, m)."""
+        return np.maximum(self.law.at_rest, self.law.factor(self.speed * slip)[0])
 
     def outweighed_by(self, stiffness: Array, bound: Array) -> bool:
         """Whether `resolvent` has one root in every element: friction has no memory and falls less than `stiffness` σ rises."""

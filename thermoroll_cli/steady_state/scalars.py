@@ -203,6 +203,8 @@ def reported_state(discretisation: Discretisation, contact: Contact, *, heated: 
     }
     if contact.local_friction is not None:
         fields["friction_coefficient"] = contact.local_friction * inside
+    if tangential.hardening is not None and problem.interlayer.yield_stress is not None:
+        fields["yield_stress"] = (problem.interlayer.yield_stress + tangential.hardening) * inside
     scalars = dict.fromkeys(SCALARS, math.nan)
     scalars |= scalars_of(discretisation, contact, fields["stick_share"]) | _friction_scalars(discretisation, contact)
     scalars |= wear_scalars(problem, fields, grid.dx, grid.dy)

@@ -21,6 +21,7 @@ from thermoroll_cli.problem.contact import Past, Pressure, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.rolling.element_borders import continued_gradient, known_gradient
+from thermoroll_cli.rolling.hardening import Hardening
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, RollingOptions, difference
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
@@ -145,9 +146,7 @@ class TractionSolver:
             force=(motion.force_x, motion.force_y),
             leading=self.leading(derived, normal, window, undisturbed=undisturbed) if has_shape else None,
             variation=_variation(derived, self.grid, window),
-            slip_friction=None if problem.friction.law is None else SlipFriction(
-                problem.friction.law, motion.speed, self.grid.dx, window.cut(normal.covered),
-                *((None,) if past is None or past.friction is None else (window.cut(past.friction), past.rate, past.rolls))),
+            slip_friction=self._slip_friction(derived, normal, bound, friction, window),
         )
         solution = solver.solve(
             cell,
@@ -182,9 +181,24 @@ class TractionSolver:
             applications=solver.gradient.applications - before,
             converged=solution.converged,
             friction=local,
+            hardening=None if solution.hardening is None else window.scalar(solution.hardening),
             hysteresis=hysteresis,
             displacement=window.vector(solution.displacement),
         )
+
+    def _slip_friction(
+        self, derived: DerivedQuantities, normal: Pressure, bound: Array, friction: Array | None, window: Window
+    ) -> SlipFriction | Hardening | None:
+        """What changes the `bound` (nx, ny) with the slip, in the window; None if nothing does."""
+        problem, past = derived.problem, derived.past
+        layer, law, place = problem.interlayer, problem.friction.law, (self.grid.dx, window.cut(normal.covered))
+        before = () if past is None or past.friction is None else (window.cut(past.friction), past.rate, past.rolls)
+        if law is not None:
+            return SlipFriction(law, problem.motion.speed, *place, *before)
+        if layer.yield_stress is None or not layer.hardens:
+            return None
+        limit = coulomb_bound(problem, normal.pressure, friction, self.grid)
+        return Hardening(window.cut(bound), window.cut(limit), layer.yield_stress, layer.hardening, *place, *before)
 
     # --- the window ----------------------------------------------------------------------------------------------
 
@@ -335,7 +349,7 @@ def _capped(most: float, bound: Array, covered: Array) -> Array:
 
 def check_yield(problem: Problem, limit: float, margin: float = 1.0) -> None:
     """Raises Unsolvable if the prescribed force reaches `margin` times the `limit` (N) that a yielding interlayer carries."""
-    if problem.interlayer.yield_stress is not None and problem.prescribed_force >= margin * limit:
+    if problem.interlayer.most is not None and problem.prescribed_force >= margin * limit:
         raise Unsolvable(f"the interlayer yields: it carries {problem.force_text(limit)} at most, and the prescribed force is "
                          f"{problem.force_text(problem.prescribed_force)}", "force")
 
