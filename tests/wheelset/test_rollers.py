@@ -122,6 +122,15 @@ def test_pressure_has_no_torque_about_the_roller(more: dict[str, float]) -> None
     assert abs(total) > 20.0 and total == pytest.approx(sum(ahead), rel=0.03)
 
 
+def test_the_edge_of_a_wheel_far_off_its_roller_is_a_reason() -> None:
+    """Where the surface turns by 78 degrees in a patch, an approach closes hardly any of its gap."""
+    right = {"shift_y_mm": -2.966279163583489, "shift_z_mm": 0.34092236539617016, "roll_mrad": 9.486913034411977}
+    result = on_rollers({"roller_radius_mm": 946.2931056210161, "gauge_mm": 1435.6186357429085, "right": right}, wheels="right",
+                        patches="curved", vertical_N=13.7e3, nominal_radius_mm=458.74811038947826, roll_mrad=0.0,
+                        longitudinal_shift_mm=2.1, lateral_shift_mm=-95.39606189044072, yaw_mrad=18.62947076)  # fmt: skip
+    assert not result.converged and "the profiles meet at sharp ends alone" in result.reason
+
+
 def test_files_and_pictures_know_the_roller(tmp_path: Path) -> None:
     on_rollers({"roller_radius_mm": 500.0}, wheels="right", roll_mrad=0.0).save(tmp_path / "rig.h5")
     found = read_result(tmp_path / "rig.h5")

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from thermoroll_cli.contact.contact_scales import approach_weight
 from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import FEWEST_ROUGH, Geometry, Unsolvable, rough_warning
@@ -197,9 +198,9 @@ def _memory(derived: DerivedQuantities) -> Iterator[str]:
 def profile_warnings(derived: DerivedQuantities) -> Iterator[str]:
     """Where half-space theory is doubtful, and where the pressure has no upper bound."""
     scales, geometry = derived.scales, derived.problem.geometry
-    y = scales.centre + scales.semi_axis_y * np.linspace(-1.0, 1.0, SLIP_SAMPLES)[1:-1]
-    y = y[geometry.across(y) < scales.approach]
-    patches = np.split(y, np.flatnonzero(np.diff(y) > 1.5 * (y[1] - y[0])) + 1)
+    y, step = np.linspace(scales.centre - scales.semi_axis_y, scales.centre + scales.semi_axis_y, SLIP_SAMPLES, retstep=True)
+    y = y[1:-1][geometry.across(y[1:-1]) < scales.approach * approach_weight(geometry, y[1:-1])]
+    patches = np.split(y, np.flatnonzero(np.diff(y) > 1.5 * step) + 1)
     for body, slope_of in zip(BODIES, geometry.slopes, strict=False):
         if (slope := float(np.abs(slope_of(y)).max())) > STEEPEST:
             yield (f"the surface of the {body} body is inclined by up to {slope:.2f} in the contact: the plane of the frame is "

@@ -175,7 +175,7 @@ class PatchSurface:
             at, down = across - t * sine, depth + t * cosine
             if roller:
                 above = roller.radius - (origin[1] + e_across[1] * at + e_normal[1] * down)
-                fallen = x**2 / (above + np.hypot(x, above))
+                fallen = np.hypot(x, above) - above
             at = at - e_across[1] * fallen
             change = (down - e_normal[1] * fallen - surface(at)) / (cosine + sine * surface(at, 1))
             t = t - change
