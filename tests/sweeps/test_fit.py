@@ -96,7 +96,8 @@ def test_full_sliding_does_not_determine_the_interlayer():
     assert found.parameters[KEYS[0]].value == pytest.approx(0.4, rel=1e-3)
     assert math.isnan(found.parameters[KEYS[1]].uncertainty_95)
     assert any(KEYS[1] in warning for warning in found.warnings)
-    assert found.record()["parameters"][KEYS[1]]["uncertainty_95"] is None
+    assert found.record()["parameters"][KEYS[1]] == {"value": found.parameters[KEYS[1]].value, "uncertainty_95": None,
+                                                    "doubt": "not determined"}  # fmt: skip
 
 
 def test_a_value_at_its_bound_says_so():
@@ -129,7 +130,7 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     assert set(record) == {"name", "status", "reason", "parameters", "correlation", "rms", "points", "degrees_of_freedom",
                            "warnings", "files"}
     value, uncertainty = fitted(0.01)[KEYS[0]].value, fitted(0.01)[KEYS[0]].uncertainty_95
-    assert record["parameters"] == {KEYS[0]: {"value": value, "uncertainty_95": uncertainty}}
+    assert record["parameters"] == {KEYS[0]: {"value": value, "uncertainty_95": uncertainty, "doubt": ""}}
     assert json.loads(Path("out/rig_fit.json").read_text())["parameters"] == record["parameters"]
     assert Case.read("out/rig_fit.toml").settings.load.friction_coefficient == pytest.approx(value, rel=1e-4)
     assert Path("out/rig_fit.png").read_bytes().startswith(b"\x89PNG")
@@ -257,6 +258,7 @@ def test_a_value_within_its_error_of_zero_says_so():
     value = found.parameters["creepage.lateral"]
     assert found.converged and abs(value.value) < value.uncertainty_95 < 1e-3
     (note,) = (each for each in found.warnings if "do not tell creepage.lateral from 0" in each)
+    assert found.record()["parameters"]["creepage.lateral"]["doubt"] == "not told from 0"
     assert note.endswith(f"{value.value:.3g} ± {value.uncertainty_95:.2g}")
 
 

@@ -83,6 +83,8 @@ def fit(
             estimated=False)  # fmt: skip
 
     state = "converged" if found.converged else "NOT CONVERGED"
+    if doubtful := [f"{key} {one.doubt}" for key, one in found.parameters.items() if one.doubt]:
+        state += f" ({', '.join(doubtful)})"
     raise typer.Exit(deliver(
         to, read.name, f"{read.name}_fit", write=lambda: found.save(output, read.name), section=section,
         draw=lambda: to.drawn(f"{read.name}_fit", lambda path: style.save(found.figure(), path, dpi)),
@@ -94,6 +96,6 @@ def fit(
 
 def _values(found: fitting.Fit) -> list[tuple[str, str, str]]:
     """Key, value with its interval, and unit of each value; then what is left of each scalar."""
-    values = [(key, with_error(one.value, one.uncertainty_95) if math.isfinite(one.uncertainty_95) else
-               f"{one.value:.4g} (not determined)", unit_of(key)) for key, one in found.parameters.items()]
+    values = [(key, (with_error(one.value, one.uncertainty_95) if math.isfinite(one.uncertainty_95) else f"{one.value:.4g}")
+               + one.remark, unit_of(key)) for key, one in found.parameters.items()]
     return values + [(f"rms of {scalar}", f"{value:.4g}", unit_of(scalar)) for scalar, value in found.rms.items()]

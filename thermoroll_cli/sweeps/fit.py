@@ -135,10 +135,17 @@ class Free:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A value that was found, with half of its 95 % interval; nan if the data do not determine it."""
+    """A value that was found, with half of its 95 % interval; nan if the data do not determine it. `doubt` says so in words,
+    and of an interval that contains 0."""
 
     value: float
     uncertainty_95: float
+    doubt: str = "not determined"
+
+    @property
+    def remark(self) -> str:
+        """The doubt in brackets, to follow the value."""
+        return f" ({self.doubt})" if self.doubt else ""
 
 
 @dataclass(frozen=True)
@@ -185,7 +192,7 @@ class Fit:
 
         return {
             "status": "converged" if self.converged else "not_converged", "reason": self.reason,
-            "parameters": {key: {"value": found.value, "uncertainty_95": known(found.uncertainty_95)}
+            "parameters": {key: {"value": found.value, "uncertainty_95": known(found.uncertainty_95), "doubt": found.doubt}
                            for key, found in self.parameters.items()},
             "correlation": {key: {other: known(value) for other, value in row.items()}
                             for key, row in self.correlation.items()},
@@ -198,8 +205,9 @@ class Fit:
         rms = ", ".join(f"{scalar} {value:.3g}" for scalar, value in self.rms.items())
         head = [f"Fitted to {len(self.measured)} points of {self.measured.source} on {datetime.date.today().isoformat()};",
                 f"root mean square of computed less measured: {rms}."]
-        head += [f"{key} = {found.value:.6g} ± {found.uncertainty_95:.2g} (95 %)" if math.isfinite(found.uncertainty_95)
-                 else f"{key} = {found.value:.6g}, which the data do not determine" for key, found in self.parameters.items()]
+        head += [f"{key} = {found.value:.6g}"
+                 + (f" ± {found.uncertainty_95:.2g}, 95 %" if math.isfinite(found.uncertainty_95) else "") + found.remark
+                 for key, found in self.parameters.items()]
         text = "".join(f"# {' '.join(line.split())}\n" for line in head) + "\n" + self.case.to_toml()
         write_bytes(case, text.encode())
         write_bytes(record, (json.dumps({"name": name, **self.record()}, indent=1, ensure_ascii=False) + "\n").encode())
@@ -209,9 +217,9 @@ class Fit:
         """The measured points, the curve with its band, and the residuals, as a matplotlib figure."""
         measured, curve = self.measured, self.curve
         places = np.arange(1.0, len(measured) + 1.0) if curve is None else measured.varied[curve.key]
-        found = [f"{words_of(key).partition(' (')[0]} {one.value:.4g} "
-                 + (f"± {one.uncertainty_95:.2g} {unit_of(key)}" if math.isfinite(one.uncertainty_95) else "(not determined)")
-                 for key, one in self.parameters.items()]
+        found = [f"{words_of(key).partition(' (')[0]} {one.value:.4g}"
+                 + (f" ± {one.uncertainty_95:.2g} {unit_of(key)}".rstrip() if math.isfinite(one.uncertainty_95) else "")
+                 + one.remark for key, one in self.parameters.items()]
         return fit_figure(self.case.settings.title, places, "" if curve is None else curve.key, measured.values,
                           measured.deviations, self.computed, None if curve is None else (curve.at, curve.values, curve.band),
                           found, converged=self.converged)
@@ -460,9 +468,8 @@ def _result(
             widest = np.array([one.widest for one in free])
             correlated = (np.abs(correlation - np.diag(np.diag(correlation))) > CORRELATED).any(axis=1)
             unknown = lost | at_bound | correlated | np.logical_not(half <= widest)
-            parameters = {
-                one.key: Parameter(one.value(number), one.half_width(one.value(number), math.nan if lost else float(width)))
-                for one, number, width, lost in zip(free, vector.tolist(), half, unknown, strict=True)}
+            parameters = {one.key: _parameter(one, number, math.nan if lost else float(width))
+                          for one, number, width, lost in zip(free, vector.tolist(), half, unknown, strict=True)}
             curve = _curve(model, computed, jacobian, covariance, student_t)
         except ArithmeticError as cause:
             reason = str(cause)
@@ -474,6 +481,14 @@ def _result(
         rms={name: float(np.sqrt(np.mean(row**2))) for name, row in zip(measured.values, difference, strict=True)},
         computed=dict(zip(measured.values, computed, strict=True)), curve=curve, degrees_of_freedom=freedom, reason=reason,
         warnings=tuple(notes), solved=model.solved)
+
+
+def _parameter(free: Free, number: float, half: float) -> Parameter:
+    """The value at the fitted `number`, with `half` of the interval of that number."""
+    value = free.value(number)
+    width = free.half_width(value, half)
+    from_zero = free.logarithmic or width < abs(value)
+    return Parameter(value, width, "not determined" if math.isnan(half) else "" if from_zero else "not told from 0")
 
 
 def _of_either_sign(model: _Model, vector: Array, most: float) -> list[str]:
@@ -519,7 +534,7 @@ def _undetermined(
         elif half[k] > one.widest:
             notes.append(f"the data do not determine {one.key}: its 95 % interval is wider than "
                          f"{'a factor of e to both sides' if one.logarithmic else 'its range'}")
-        elif not one.logarithmic and one.half_width(value, half[k]) >= abs(value):
+        elif _parameter(one, vector[k], half[k]).doubt:
             notes.append(f"the data do not tell {one.key} from 0: {value:.3g} ± {one.half_width(value, half[k]):.2g}")
     for i, j in combinations(range(len(free)), 2):
         if abs(correlation[i, j]) > CORRELATED and not (lost[i] or lost[j]):
