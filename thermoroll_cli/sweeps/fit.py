@@ -381,7 +381,7 @@ def _found(model: _Model, *, skip: bool) -> Fit:
     values = len(model.measured) * len(model.measured.values)
     if values < len(model.free):
         raise ValueError(f"{model.measured.source}: {values} measured values do not determine {len(model.free)} keys")
-    reason, slopes = "", model.jacobian
+    reason, slopes, jacobian = "", model.jacobian, np.full((values, len(model.free)), math.nan)
     for stage in ("coarse", "fine") if coarse else ("fine",):
         if stage == "fine":
             model, more = _with_steady_points(replace(model, settings=_asked(model), _known={}), vector, skip=skip)
@@ -389,7 +389,7 @@ def _found(model: _Model, *, skip: bool) -> Fit:
         try:
             if stage == "fine" and coarse:
                 # Values change so little on the fine grid that the slopes of the coarse one, where it ended, lead there.
-                slopes = model.jacobian if more else partial(lambda kept, _: kept.copy(), slopes(vector))
+                slopes = model.jacobian if more else partial(lambda kept, _: kept.copy(), jacobian)
             # SciPy wants the start inside of the range.
             inside = np.clip(vector, ends[0] + AT_BOUND / 10, ends[1] - AT_BOUND / 10)
             found = least_squares(model.residuals, inside, slopes, ends, xtol=CLOSE[stage], ftol=CLOSE[stage] ** 2,
@@ -397,9 +397,9 @@ def _found(model: _Model, *, skip: bool) -> Fit:
         except (ArithmeticError, ValueError) as cause:
             reason = str(cause)
             break
-        vector = found.x
+        vector, jacobian = found.x, found.jac
         reason = "" if found.status > 0 else f"the values still change after {MOST_STEPS} steps"
-    return _result(model, slopes, vector, ends, reason, warnings)
+    return _result(model, jacobian, vector, ends, reason, warnings)
 
 
 def _coarser(case: Case) -> tuple[Override, ...]:
@@ -441,9 +441,9 @@ def _with_steady_points(model: _Model, vector: Array, *, skip: bool) -> tuple[_M
 
 
 def _result(
-    model: _Model, slopes: Callable[[Array], Array], vector: Array, ends: Array, reason: str, warnings: Sequence[str]
+    model: _Model, jacobian: Array, vector: Array, ends: Array, reason: str, warnings: Sequence[str]
 ) -> Fit:
-    """The outcome at `vector`, with the derivatives of the residuals there."""
+    """The outcome at `vector`, with the `jacobian` of the residuals there."""
     measured, free = model.measured, model.free
     computed, errors, _ = model.one(vector)
     residuals = model.residuals(vector)
@@ -452,7 +452,6 @@ def _result(
     notes = list(warnings)
     if not reason:
         try:
-            jacobian = slopes(vector)
             student_t = float(stdtrit(freedom, 0.5 + 0.5 * BAND_PROBABILITY)) if freedom else math.nan
             unknown_errors = [name for name, row in zip(measured.values, errors, strict=True) if np.isnan(row).any()]
             if unknown_errors:
