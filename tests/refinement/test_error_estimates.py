@@ -209,3 +209,19 @@ def test_random_cases_as_the_command_prints_them(tmp_path: Path) -> None:
     assert len(shortfalls) >= 20
     assert sum(shortfall <= 1.0 for shortfall in shortfalls) >= 0.9 * len(shortfalls)
     assert max(shortfalls) < 3.0
+
+
+@pytest.mark.parametrize("grid", [16, 32])
+def test_a_contact_that_reaches_the_end_of_a_body_is_of_first_order(grid: int) -> None:
+    """The pressure has no bound there, and each element at the end misses a share of it. Place and moment follow."""
+    problem = Case.from_dict({
+        "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28},
+        "creepage": {"longitudinal": 2e-3, "spin_rad_mm": 1e-3},
+        "geometry": {"lower_profile": {"points_mm": [[0.03 * k, -1.125e-5 * k**2] for k in range(-7, 35)]},
+                     "lower_radius_x_mm": 30.0, "upper_radius_x_mm": 30.0, "upper_radius_y_mm": math.inf},
+        "load": {"normal_N": 200.0, "friction_coefficient": 0.3}, "rolling": {"speed_m_s": 1.0},
+    }).task  # fmt: skip
+    coarse, fine = on(problem, grid), on(problem, 96)
+    for name in ("approach_um", "contact_y_mm", "spin_moment_Nmm", "spin_moment_at_contact_Nmm"):
+        value, error = printed(coarse, name)
+        assert 0.0 < abs(value - printed(fine, name)[0]) <= error, name
