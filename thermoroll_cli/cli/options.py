@@ -55,16 +55,29 @@ Plots = Annotated[
     PlotKind | None, typer.Option("--plots", callback=_one_kind, help="Pictures, in place of output.plots of the case.")
 ]
 NoPlots = Annotated[bool, typer.Option("--no-plots", callback=_one_kind, help="Short for --plots none.")]
+
+
+def a_number(value: float | None) -> float | None:
+    """`value`; a usage error for nan, which is in no range but which older versions of typer let pass."""
+    if value != value:
+        raise typer.BadParameter("nan is no number")
+    return value
+
+
 Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
 Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")]
 Dask = Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")]
-DaskWait = Annotated[float, typer.Option("--dask-wait", min=0, metavar="S", help="Seconds to wait for a worker of it.")]
+DaskWait = Annotated[
+    float, typer.Option("--dask-wait", min=0, metavar="S", callback=a_number, help="Seconds to wait for a worker of it.")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Errors only.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="More of everything; the trace of a bug.")]
 Formats = Annotated[
     list[ImageFormat] | None, typer.Option("--format", help="File type of the pictures; png if not given. Repeatable.")
 ]
-Dpi = Annotated[float | None, typer.Option("--dpi", min=10, max=2400, metavar="N", help="Resolution of PNG pictures.")]
+Dpi = Annotated[
+    float | None, typer.Option("--dpi", min=10, max=2400, metavar="N", callback=a_number, help="Resolution of PNG pictures.")
+]
 Normalised = Annotated[bool, typer.Option("--normalised", help="Pictures in the article's dimensionless quantities.")]
 Compare = Annotated[
     str, typer.Option("--compare", metavar="A,B", help="Sweeps: creep forces of linear, fastsim or polach beside ours.")

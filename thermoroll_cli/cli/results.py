@@ -119,7 +119,10 @@ def _animated(path: Path, stem: Path, table: Columns, key: str) -> Path:
 def compare(
     a: Annotated[Path, typer.Argument(metavar="A.h5", help="Result file.")],
     b: Annotated[Path, typer.Argument(metavar="B.h5", help="Result file to compare with it.")],
-    rtol: Annotated[float, typer.Option("--rtol", min=0, max=1e9, metavar="R", help="Largest relative difference.")] = 1e-6,
+    rtol: Annotated[
+        float,
+        typer.Option("--rtol", min=0, max=1e9, metavar="R", callback=options.a_number, help="Largest relative difference."),
+    ] = 1e-6,
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
