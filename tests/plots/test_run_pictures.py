@@ -25,6 +25,7 @@ from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.pictures import KINDS, draw, figure
 from thermoroll_cli.plots.run_frame import WITH, WITHOUT, borders_of, frame_of, limits_of, unit_for
 from thermoroll_cli.plots.style import readable
+from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.names import QUANTITIES, SCALARS, Scalar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import row_of, scalar_text
@@ -318,6 +319,9 @@ def test_the_cut_passes_the_maxima() -> None:
 def test_curves_have_the_local_friction_limit_in_words() -> None:
     picture = shown(synthetic.result((24, 24)), "centreline")
     assert legend(picture) == [WITHOUT, WITH, "friction limit μp"]
+    result = synthetic.result((24, 24))
+    yielding = dataclasses.replace(result, problem=dataclasses.replace(result.problem, interlayer=Interlayer(0.0, 1e8)))
+    assert legend(shown(yielding, "centreline"))[-1] == "limit of friction and of the interlayer"
 
 
 def test_any_field_can_be_drawn() -> None:

@@ -33,7 +33,7 @@ from thermoroll_cli.problem.problem import BODIES
 LOOKS: tuple[tuple[str, Any], ...] = ((style.BEFORE, "solid"), (style.AFTER, style.DASHED))
 """Colour and dashes of the states without and with thermal deformation."""
 OF_UPPER_BODY = {style.BEFORE: "#56b4e9", style.AFTER: "#e69f00"}
-LIMIT = "friction limit μp"
+LIMIT, LIMIT_WITH_YIELD = "friction limit μp", "limit of friction and of the interlayer"
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def line_handles(curves: Iterable[Curve]) -> list[Artist]:
     """Handles for the legend of `curves`, the friction limit last."""
     named = {curve.label: curve for curve in curves if curve.label}
     return [Line2D([], [], label=c.label, color=c.colour, linestyle=c.dashes, linewidth=c.width)
-            for c in sorted(named.values(), key=lambda curve: curve.label == LIMIT)]
+            for c in sorted(named.values(), key=lambda curve: curve.label in (LIMIT, LIMIT_WITH_YIELD))]
 
 
 def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[Curve]) -> None:
@@ -118,10 +118,11 @@ def curves_of(frame: RunFrame, quantity: Quantity) -> list[Curve]:
     if not any(curve.values.any() for curve in curves):
         return []
     friction = frame.result.problem.friction.coefficient
+    limit = LIMIT if frame.result.problem.interlayer.yield_stress is None else LIMIT_WITH_YIELD
     for drawn in frame.states if quantity is TRACTION and friction > 0.0 else ():
         if (pressure := drawn.values(PRESSURE)) is not None:
             bound = drawn.state.fields.get("friction_coefficient", friction) * pressure
-            curves.append(Curve(drawn.state.x, on_line(drawn.state.y, bound, frame.cut_y), "black", style.DOTTED, LIMIT, 1.1))
+            curves.append(Curve(drawn.state.x, on_line(drawn.state.y, bound, frame.cut_y), "black", style.DOTTED, limit, 1.1))
     return curves
 
 
