@@ -9,7 +9,7 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.history.course import VARIED, History
@@ -159,7 +159,7 @@ def _errors(history: History, rows: Sequence[Row], coarser: Sequence[Row]) -> di
         known = ~np.isnan(difference)
         given = name in SCALARS and holds(SCALARS[name].given, problem)
         if known.any() and difference[known].any() and not given:
-            beside = maximum_filter1d(difference[known], 3)
+            beside = scipy.ndimage.maximum_filter1d(difference[known], 3)
             error = np.maximum(np.interp(places, places[both][known], beside), np.sqrt((difference[known] ** 2).mean()))
             found[name] = np.where(np.isnan(column), math.nan, SAFETY * error + FLOOR * error_scale(name, largest))
     energy = columns["elastic_energy_J"]
