@@ -50,10 +50,11 @@ def test_a_wheelset_rests_on_measured_profiles(wheel: str, rail: str, shift: flo
     result = solve(Case.from_dict(measured(wheel, rail, lateral_shift_mm=shift)))
     assert result.converged, result.reason
     assert result["track_force_z_N"] == pytest.approx(1e5, rel=1e-3)
-    # The discretisation loses a part of the power, which is part of the error of the heat; the angular velocity may leave a
+    # Patches lose a part of their power in elements that slip only in part; beyond that the angular velocity may leave a
     # ten-thousandth of the power of full sliding, 60 W.
-    lost = result["power_balance_error"] * result["Q_F_W"]
-    assert lost <= result.uncertainty["Q_F_W"] + 3e-3 * result["Q_F_W"]
+    heat = result["Q_F_W"]
+    lost = sum(patch["power_balance_error"] * patch["Q_F_W"] for patch in result.patches)
+    assert result["power_balance_error"] * heat <= lost + 2e-3 * heat
 
 
 def test_two_patches_that_become_one_at_the_given_force_are_one_already() -> None:
