@@ -133,6 +133,8 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, resume: bool, threads
             kept = _write_history(so_far().with_case(case.text, case.to_json()), to.folder, case.name)
             streams.note(f"thermoroll: {case.name}: interrupted; the rows up to here are in {', '.join(map(str, kept))}; "
                          "--resume goes on")
+        elif isinstance(task, History):
+            streams.note(f"thermoroll: {case.name}: interrupted in its coarse steps; --resume goes on")
         raise
     target = to.folder / f"{case.name}.h5"
 
