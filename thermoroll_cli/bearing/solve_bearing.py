@@ -106,6 +106,7 @@ class BearingSearch:
         count = problem.balls
         self.on_balls, self.on_ring = np.zeros((count, 2)), np.zeros((count, 2))
         self.cage = np.full(count, problem.speeds[0] if not problem.rolls else math.nan)
+        self.common: float | None = None
         self.placement = self._placed(first=True)
 
     def solve(self) -> SolvedBearing:
@@ -144,9 +145,10 @@ class BearingSearch:
         friction; then roughly, without heat unless friction depends on it; then as asked for, but for stresses below."""
         contact = replace(self.problem.contact, subsurface=None)
         grid = contact.numerics.grid or (ROUGH_GRID, ROUGH_GRID)
+        cold = contact.heating.heat and not contact.friction_varies
         rough = replace(
             contact, numerics=Numerics((min(grid[0], ROUGH_GRID), min(grid[1], ROUGH_GRID)), None, contact.numerics.extent),
-            heating=contact.heating if contact.friction_varies else replace(contact.heating, heat=False, deformation=False))
+            heating=replace(contact.heating, heat=False, deformation=False) if cold else contact.heating)
         stages = [] if rough == contact else [(rough, 10.0 * BALANCED)]
         if contact.friction.law is not None:
             stages.insert(0, (replace(rough, friction=replace(contact.friction, law=None)), 50.0 * BALANCED))
@@ -284,46 +286,58 @@ class BearingSearch:
     def _with_forces(self, level: int | None) -> SolvedBearing:
         """The bearing that follows, by the slopes of its balls, from the forces on the grid `level` (−1: the last one) in place
         of those that are extrapolated from all; None: with nothing left of its conditions."""
-        on_balls, on_ring, cage, balls = self.on_balls.copy(), self.on_ring.copy(), self.cage.copy(), []
-        apart: dict[tuple[int, RingName], dict[str, float]] = {}
-        for ball in self.balls:
-            new, where = replace(ball, integrals={}), list(ball.members)
-            balls.append(new)
-            if not ball.loaded:
-                continue
-            if level is None:
-                missing = self.rest(ball)
-            else:
-                missing = np.zeros(8)
-                for ring in RINGS:
-                    scalars = ball.solvers[ring].last[1][level].reported.scalars
-                    off = {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
-                    apart[where[0], ring] = off
-                    along, across, spin = off["force_x_N"], off["force_y_N"], 2e-3 * off["spin_moment_Nmm"]
-                    # The ball's centre is D/2 away from where the forces act.
-                    wrench = np.array([0.0, along, across, spin / self.problem.ball_diameter, -across, along])
-                    missing = missing + self.conditions(ball, ring, wrench / self._friction(ball, ring))
-            step = self._newton(ball, missing)
-            new.motion = ball.motion + step[:4]
-            on_balls[where], on_ring[where], cage[where] = on_balls[where] + step[4:6], on_ring[where] + step[6:], new.motion[0]
+        on_balls, on_ring, cage = self.on_balls.copy(), self.on_ring.copy(), self.cage.copy()
+        loaded = [ball for ball in self.balls if ball.loaded]
+        apart = [{ring: self._apart(ball, ring, level) for ring in RINGS} for ball in loaded]
+        missing = [self._missing(ball, level, off) for ball, off in zip(loaded, apart, strict=True)]
+        common = None if self.common is None else self._of_pockets(loaded, missing)[1]
+        balls = {ball.members: replace(ball, integrals={}) for ball in self.balls}
+        for ball, rest in zip(loaded, missing, strict=True):
+            step = self._newton(ball, rest, None if common is None else common - float(ball.motion[0]))
+            where, motion = list(ball.members), ball.motion + step[:4]
+            balls[ball.members].motion = motion
+            on_balls[where], on_ring[where], cage[where] = on_balls[where] + step[4:6], on_ring[where] + step[6:], motion[0]
         placement = place(self.problem, self.problem.centrifugal(np.nan_to_num(cage)), on_balls, on_ring, self.placement)
-        for ball, new in zip(self.balls, balls, strict=True):
-            new.loads, new.angles = (of[ball.members[0]] for of in (placement.loads, placement.angles))
-            for k, ring in enumerate(RINGS if ball.loaded else ()):
-                here, off = ball.contacts[ring].creepages, apart.get((ball.members[0], ring), {})
-                moved = self.problem.creepages(ring, float(new.angles[k]), new.motion) - here
-                units = np.array([1.0, 1.0, 0.5 * self.problem.ball_diameter])
-                follow = units * self._friction(ball, ring) * (
-                    ball.slopes[ring] @ (moved / self.saturation(ball, ring)))[1:4]
-                integrals = ball.integrals[ring]
-                forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
-                power = float((forces + follow) @ moved + follow @ here)
-                speed = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0]
-                changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), speed * power, power)
-                share = float(new.loads[k] / ball.loads[k])
-                new.integrals[ring] = {name: share * (integrals[name] + off.get(name, 0.0) + change)
-                                       for name, change in zip(INTEGRALS, changes, strict=True)}
-        return SolvedBearing(self.problem, placement, balls)
+        for new in balls.values():
+            new.loads, new.angles = (of[new.members[0]] for of in (placement.loads, placement.angles))
+        for ball, off in zip(loaded, apart, strict=True):
+            new = balls[ball.members]
+            new.integrals = {ring: self._moved(ball, new, ring, off[ring]) for ring in RINGS}
+        return SolvedBearing(self.problem, placement, list(balls.values()))
+
+    def _apart(self, ball: Ball, ring: RingName, level: int | None) -> dict[str, float]:
+        """How far the `INTEGRALS` of a contact on the grid `level` are from those that are extrapolated."""
+        if level is None:
+            return dict.fromkeys(INTEGRALS, 0.0)
+        scalars = ball.solvers[ring].last[1][level].reported.scalars
+        return {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
+
+    def _missing(self, ball: Ball, level: int | None, apart: Mapping[RingName, Mapping[str, float]]) -> Array:
+        """What the conditions of a ball miss if its contacts' forces are `apart` from those found; all that is left of them if
+        there is no `level`."""
+        if level is None:
+            return self.rest(ball)
+        missing = np.zeros(8)
+        for ring, off in apart.items():
+            along, across, spin = off["force_x_N"], off["force_y_N"], 2e-3 * off["spin_moment_Nmm"]
+            # The ball's centre is D/2 away from where the forces act.
+            wrench = np.array([0.0, along, across, spin / self.problem.ball_diameter, -across, along])
+            missing = missing + self.conditions(ball, ring, wrench / self._friction(ball, ring))
+        return missing
+
+    def _moved(self, ball: Ball, new: Ball, ring: RingName, apart: Mapping[str, float]) -> dict[str, float]:
+        """The `INTEGRALS` of a contact of a ball where the ball is `new`, by the slopes of its wrench, and as far `apart`."""
+        k = RINGS.index(ring)
+        here, integrals = ball.contacts[ring].creepages, ball.integrals[ring]
+        moved = self.problem.creepages(ring, float(new.angles[k]), new.motion) - here
+        units = np.array([1.0, 1.0, 0.5 * self.problem.ball_diameter])
+        follow = units * self._friction(ball, ring) * (ball.slopes[ring] @ (moved / self.saturation(ball, ring)))[1:4]
+        forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
+        power = float((forces + follow) @ moved + follow @ here)
+        speed = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0]
+        changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), speed * power, power)
+        share = float(new.loads[k] / ball.loads[k])
+        return {name: share * (integrals[name] + apart[name] + change) for name, change in zip(INTEGRALS, changes, strict=True)}
 
     def _differences(self, ball: Ball, contact: Problem) -> None:
         """Slopes of both contacts by differences."""
@@ -339,7 +353,8 @@ class BearingSearch:
     def _step(self, ball: Ball, most: float) -> tuple[Array, float]:
         """Newton's step of the motion and of the friction, of bounded changes of all creepages times `most`, and its share of
         the whole step."""
-        step, change = self._newton(ball, self.rest(ball)), 0.0
+        speed = None if self.common is None else self.common - float(ball.motion[0])
+        step, change = self._newton(ball, self.rest(ball), speed), 0.0
         for k, ring in enumerate(RINGS):
             moved = self.changes(ball, ring) @ step
             before, after = (self.problem.slip(ring, float(ball.angles[k]), motion)[0]
@@ -350,20 +365,25 @@ class BearingSearch:
         share = most * min(1.0, LONGEST / max(change, 1e-300))
         return share * step, share
 
-    def _newton(self, ball: Ball, rest: Array) -> Array:
-        """The change of a ball's motion and of the friction with which it is placed that takes `rest` away."""
-        unknown, step = slice(1, 8) if self.problem.common_cage else slice(0, 8), np.zeros(8)
+    def _newton(self, ball: Ball, rest: Array, speed: float | None = None) -> Array:
+        """The change of a ball's motion and of the friction with which it is placed that takes `rest` away; but for its force
+        along the pitch circle, which its pocket takes, if the cage's `speed` changes by as much as is given."""
         unit = np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)), self.limit(ball)], 4)
+        slopes, step = self.jacobian(ball), np.zeros(8)
+        unknown = slice(0 if speed is None else 1, 8)
+        step[0] = speed or 0.0
         step[unknown] = unit[unknown] * np.linalg.lstsq(
-            (self.jacobian(ball) * unit)[unknown, unknown], -rest[unknown], rcond=1e-10)[0]
+            (slopes * unit)[unknown, unknown], -(rest + slopes[:, 0] * step[0])[unknown], rcond=1e-10)[0]
         return step
 
     def left(self, ball: Ball) -> float:
         """What is left of the conditions of a ball, over its friction limit; of friction that differs, `SETTLED` counts as
-        `BALANCED`."""
+        `BALANCED`. With a common cage its speed counts in place of the force along the pitch circle, over that at which the
+        ball slides."""
         rest = self.rest(ball) / self.limit(ball)
-        differs = BALANCED / SETTLED * float(np.linalg.norm(rest[4:]))
-        return math.hypot(float(np.linalg.norm(rest[self.problem.common_cage : 4])), differs)
+        if self.common is not None:
+            rest[0] = (ball.motion[0] - self.common) / (float(self.saturation(ball, "outer")[0]) * self.common)
+        return math.hypot(float(np.linalg.norm(rest[:4])), BALANCED / SETTLED * float(np.linalg.norm(rest[4:])))
 
     def _in_balance(self, ball: Ball, contact: Problem, tolerance: float) -> None:
         """Move a ball, and its place with its friction, until what is left of its conditions falls below `tolerance`, or
@@ -404,7 +424,7 @@ class BearingSearch:
         for ball in self.balls:
             if ball.contacts:
                 self._solve(ball, contact)
-        left, idle = 0.2, 0
+        left, idle, unbalanced, turned = 0.2, 0, 0.0, 0.0
         for _ in range(MOST_ROUNDS):
             self.rounds += 1
             loaded, last = [ball for ball in self.balls if ball.loaded], None
@@ -417,7 +437,9 @@ class BearingSearch:
                     self._begin(ball, last, contact)
                 self._in_balance(ball, contact, wanted)
                 last = ball
-            unbalanced = self._common_speed() if self.problem.common_cage else 0.0
+            # Pockets of balls that are alike have no forces.
+            if self.problem.common_cage and len(loaded) > 1:
+                unbalanced, turned = self._turn_cage(loaded, turned)
             self._carry_along(loaded)
             self.placement = self._placed()
             if self.placement.reason:
@@ -452,8 +474,6 @@ class BearingSearch:
         for ring in RINGS:
             ball.solvers[ring] = Solver(self.threads)
             ball.solvers[ring].last = before.solvers[ring].last
-        if self.problem.common_cage:
-            ball.motion[0] = before.motion[0]
         self._solve(ball, contact)
 
     def _carry_along(self, loaded: list[Ball]) -> None:
@@ -463,23 +483,32 @@ class BearingSearch:
         self.on_balls[free] = self.on_ring[free] = 0.0
         self.cage[free] = float(np.mean(self.cage[carried]))
 
-    def _common_speed(self) -> float:
-        """Newton's step of the speed that all balls share; the forces along the pitch circle together, over the limit."""
-        force, slope, limit = 0.0, 0.0, 0.0
-        loaded = [ball for ball in self.balls if ball.loaded]
-        for ball in loaded:
-            jacobian = self.jacobian(ball)
-            rest, count = self.rest(ball), len(ball.members)
-            follow = np.linalg.lstsq(jacobian[1:, 1:], np.stack([jacobian[1:, 0], rest[1:]], -1), rcond=1e-10)[0]
-            force += count * (rest[0] - jacobian[0, 1:] @ follow[:, 1])
-            slope += count * (jacobian[0, 0] - jacobian[0, 1:] @ follow[:, 0])
+    def _turn_cage(self, loaded: list[Ball], last: float) -> tuple[float, float]:
+        """Change the speed that all balls share so that the forces of their pockets vanish together, by at most four times the `last`
+        change, or seven tenths of it back; the first time each ball has its own speed. How large the forces were together, over the
+        friction limit of all balls, and the change."""
+        force, speed = self._of_pockets(loaded, [self.rest(ball) for ball in loaded])
+        if self.common is None:
+            self.common = speed
+        elif force > SETTLED:
+            step = speed - self.common
+            slides = LONGEST * abs(self.common) * float(self.saturation(loaded[0], "outer")[0])
+            most = (4.0 if step * last > 0.0 else 0.7) * abs(last) or slides
+            last = min(max(step, -most), most)
+            self.common += last
+        return force, last
+
+    def _of_pockets(self, loaded: list[Ball], rests: list[Array]) -> tuple[float, float]:
+        """The force of all pockets along the pitch circle, over the friction limit, that `rests` of all balls would leave, and
+        the common speed at which it vanishes, by the slopes of the balls."""
+        force, slope, towards, limit = 0.0, 0.0, 0.0, 0.0
+        for ball, rest in zip(loaded, rests, strict=True):
+            count, slopes = len(ball.members), self.jacobian(ball)
+            follow = np.linalg.lstsq(slopes[1:, 1:], np.stack([rest[1:], slopes[1:, 0]], -1), rcond=1e-10)[0]
+            own, its = np.array([rest[0], slopes[0, 0]]) - slopes[0, 1:] @ follow
+            force, slope, towards = force + count * own, slope + count * its, towards + count * its * ball.motion[0]
             limit += count * self.limit(ball)
-        bound = 2e-3 * abs(float(loaded[0].motion[0]))
-        step = min(max(-force / slope, -bound), bound) if slope else 0.0
-        if abs(force) > SETTLED * limit:
-            for ball in loaded:
-                ball.motion = ball.motion + np.array([step, 0.0, 0.0, 0.0])
-        return abs(force) / limit
+        return abs(force) / limit, (towards - force) / slope
 
     def _without_axis(self, ball: Ball) -> str:
         """Why a ball found no axis."""
