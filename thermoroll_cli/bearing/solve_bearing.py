@@ -4,9 +4,12 @@ Eight conditions hold of a ball. Four are of its motion, the speed of the cage a
 the pitch circle, and moments of both contacts that turn the ball's axis with the cage, J ω_m e_a × ω_b. Four are of its place:
 tractions push the ball, and the inner ring with it, axially and outwards, with the friction with which it was placed. Newton's
 method solves them together, for its place turns the contacts of a ball and so its creepages. Slopes of the tractions with the
-creepages are found by differences once for the first ball, and corrected by each solution of a contact (Broyden 1965). Balls
+creepages are found by differences once for the first ball, and corrected by each solution of a contact (Broyden 1965). A step
+counts as one towards the balance if the next one, with the same slopes, is smaller (Deuflhard 2004): where spin makes a contact
+slide, what is left of the conditions hardly depends on how both contacts share it, and tells little of the way. Balls
 follow each other from the largest load to the smallest, and each begins with the motion and the slopes of the one before, in
-rounds until the ring, which the friction of all balls moves, stays where it is.
+rounds until the ring, which the friction of all balls moves, stays where it is. With a common cage each ball first finds a
+speed of its own; then the speed of all is that at which the forces of their pockets vanish together.
 """
 
 from __future__ import annotations
@@ -34,8 +37,14 @@ BALANCED = 2e-5
 SETTLED = 5e-4
 """Difference of the friction that pushes a ball axially and outwards from that with which it was placed, over the same."""
 MOST_ROUNDS, MOST_STEPS = 25, 30
-LONGEST = 2.0
-"""Largest change of a creepage in one step, over twice that at which a contact slides."""
+LONGEST, SHORTEST = 4.0, 0.03
+"""Largest change of a creepage in one step, over that at which a contact slides; smallest share of a step that is tried."""
+CLOSER = 0.1
+"""Part of its share by which a step has to make the next one smaller."""
+SHORTER, LONGER = 0.4, 4.0
+"""Share of a step that failed with which it is tried again; by how much the share may grow after one that did not."""
+NEAR = 0.3
+"""Change of a creepage, over that at which a contact slides, up to which steps that failed tell slopes."""
 DIFFERENCE = 0.04
 """Change of a creepage by which slopes are found, over that at which a contact slides."""
 ROUGH_GRID = 40
@@ -350,20 +359,18 @@ class BearingSearch:
                 columns.append((self._contact(ball, ring, moved).wrench - here.wrench) / DIFFERENCE)
             ball.slopes[ring] = np.array(columns).T
 
-    def _step(self, ball: Ball, most: float) -> tuple[Array, float]:
-        """Newton's step of the motion and of the friction, of bounded changes of all creepages times `most`, and its share of
-        the whole step."""
-        speed = None if self.common is None else self.common - float(ball.motion[0])
-        step, change = self._newton(ball, self.rest(ball), speed), 0.0
-        for k, ring in enumerate(RINGS):
-            moved = self.changes(ball, ring) @ step
-            before, after = (self.problem.slip(ring, float(ball.angles[k]), motion)[0]
-                             for motion in (ball.motion, ball.motion + step[:4]))
-            # Surfaces go on flowing the same way.
-            change = max(change, float(np.abs(moved / (2.0 * self.saturation(ball, ring))).max()),
-                         2.0 * (1.0 - after / before) * LONGEST)
-        share = most * min(1.0, LONGEST / max(change, 1e-300))
-        return share * step, share
+    def _whole_step(self, ball: Ball) -> tuple[Array, float]:
+        """Newton's step of the motion and of the friction; and its largest change of a creepage, over that at which a contact
+        slides."""
+        step = self._newton(ball, self.rest(ball), None if self.common is None else self.common - float(ball.motion[0]))
+        changes = [self.changes(ball, ring) @ step / self.saturation(ball, ring) for ring in RINGS]
+        return step, float(np.abs(changes).max())
+
+    def _most(self, ball: Ball, step: Array) -> float:
+        """The share of a step with which the surfaces of both contacts go on flowing the same way, at half of their speed."""
+        speeds = [[self.problem.slip(ring, float(angle), motion)[0] for motion in (ball.motion, ball.motion + step[:4])]
+                  for ring, angle in zip(RINGS, ball.angles, strict=True)]
+        return min(0.5 / max(1.0 - after / before, 0.5) for before, after in speeds)
 
     def _newton(self, ball: Ball, rest: Array, speed: float | None = None) -> Array:
         """The change of a ball's motion and of the friction with which it is placed that takes `rest` away; but for its force
@@ -388,16 +395,18 @@ class BearingSearch:
     def _in_balance(self, ball: Ball, contact: Problem, tolerance: float) -> None:
         """Move a ball, and its place with its friction, until what is left of its conditions falls below `tolerance`, or
         nothing more helps."""
-        where, fresh, failed = list(ball.members), False, 0
+        where, fresh, share = list(ball.members), False, 1.0
         for _ in range(MOST_STEPS):
-            if (left := self.left(ball)) <= tolerance:
+            if self.left(ball) <= tolerance:
                 return
-            if not ball.slopes or failed > 2:
+            if not ball.slopes or share < SHORTEST:
                 if fresh:
                     return
                 self._differences(ball, contact)
-                fresh, failed = True, 0
-            step, share = self._step(ball, 0.5**failed)
+                fresh, share = True, 1.0
+            step, size = self._whole_step(ball)
+            share = min(share, LONGEST / size, self._most(ball, step))
+            step = share * step
             motion, placement, contacts = ball.motion, self.placement, dict(ball.contacts)
             on_ball, on_ring = self.on_balls[where], self.on_ring[where]
             ball.motion = motion + step[:4]
@@ -407,17 +416,19 @@ class BearingSearch:
             self._put(ball)
             if ball.loaded and not self.placement.reason:
                 self._solve(ball, contact)
+                closer = self.left(ball) <= tolerance or self._whole_step(ball)[1] < (1.0 - CLOSER * share) * size
                 for ring, before in contacts.items():
                     moved = (ball.contacts[ring].creepages - before.creepages) / self.saturation(ball, ring)
                     missed = ball.contacts[ring].wrench - before.wrench - ball.slopes[ring] @ moved
-                    ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, moved) / max(float(moved @ moved), 1e-300)
-                if self.left(ball) < (1.0 - 0.1 * share) * left:
-                    failed, fresh = 0, False
+                    if closer or float(np.abs(moved).max()) < NEAR:
+                        ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, moved) / max(float(moved @ moved), 1e-300)
+                if closer:
+                    share, fresh = min(1.0, LONGER * share), False
                     continue
             ball.motion, self.placement, self.on_balls[where], self.on_ring[where] = motion, placement, on_ball, on_ring
             self.cage[where] = ball.motion[0]
             self._put(ball)
-            ball.contacts, failed = contacts, failed + 1
+            ball.contacts, share = contacts, SHORTER * share
 
     def _balance(self, contact: Problem, tolerance: float) -> str:
         """Rounds over all balls until nothing changes; else why not."""
@@ -439,7 +450,7 @@ class BearingSearch:
                 last = ball
             # Pockets of balls that are alike have no forces.
             if self.problem.common_cage and len(loaded) > 1:
-                unbalanced, turned = self._turn_cage(loaded, turned)
+                unbalanced, turned = self._turn_cage(loaded, turned, tolerance)
             self._carry_along(loaded)
             self.placement = self._placed()
             if self.placement.reason:
@@ -449,9 +460,9 @@ class BearingSearch:
             known = [ball for ball in self.balls if ball.loaded and ball.contacts]
             before, left = left, max(map(self.left, known), default=math.inf)
             self.report("bearing", {"iteration": self.rounds, "residual": left})
-            if left <= tolerance and unbalanced <= SETTLED and all(ball.contacts for ball in self.balls if ball.loaded):
+            if left <= tolerance and unbalanced <= tolerance and all(ball.contacts for ball in self.balls if ball.loaded):
                 return ""
-            idle = idle + 1 if left > 0.7 * before and unbalanced <= SETTLED else 0
+            idle = idle + 1 if left > 0.7 * before and unbalanced <= tolerance else 0
             if idle == 2:
                 break
         return self._without_axis(max(known, key=self.left)) if left > tolerance else (
@@ -483,14 +494,14 @@ class BearingSearch:
         self.on_balls[free] = self.on_ring[free] = 0.0
         self.cage[free] = float(np.mean(self.cage[carried]))
 
-    def _turn_cage(self, loaded: list[Ball], last: float) -> tuple[float, float]:
-        """Change the speed that all balls share so that the forces of their pockets vanish together, by at most four times the `last`
-        change, or seven tenths of it back; the first time each ball has its own speed. How large the forces were together, over the
-        friction limit of all balls, and the change."""
+    def _turn_cage(self, loaded: list[Ball], last: float, tolerance: float) -> tuple[float, float]:
+        """Change the speed that all balls share so that the forces of their pockets vanish together, by at most four times the
+        `last` change, or seven tenths of it back; the first time each ball has its own speed. How large the forces were, over
+        the friction limit of all balls, and the change."""
         force, speed = self._of_pockets(loaded, [self.rest(ball) for ball in loaded])
         if self.common is None:
             self.common = speed
-        elif force > SETTLED:
+        elif force > tolerance:
             step = speed - self.common
             slides = LONGEST * abs(self.common) * float(self.saturation(loaded[0], "outer")[0])
             most = (4.0 if step * last > 0.0 else 0.7) * abs(last) or slides
