@@ -39,12 +39,13 @@ SETTLED = 5e-4
 MOST_ROUNDS, MOST_STEPS = 25, 30
 LONGEST, SHORTEST = 4.0, 0.03
 """Largest change of a creepage in one step, over that at which a contact slides; smallest share of a step that is tried."""
-CLOSER = 0.1
-"""Part of its share by which a step has to make the next one smaller."""
+CLOSER, LESS = 0.1, 0.5
+"""Part of its share by which a step has to make the next one smaller; or part of the rest to leave."""
 SHORTER, LONGER = 0.4, 4.0
 """Share of a step that failed with which it is tried again; by how much the share may grow after one that did not."""
-NEAR = 0.3
-"""Change of a creepage, over that at which a contact slides, up to which steps that failed tell slopes."""
+TELLS, NEAR = 0.005, 0.3
+"""Changes of a creepage, over that at which a contact slides, above which a step tells slopes, and not what solutions leave
+open; and up to which one that failed does."""
 DIFFERENCE = 0.04
 """Change of a creepage by which slopes are found, over that at which a contact slides."""
 ROUGH_GRID = 40
@@ -392,12 +393,20 @@ class BearingSearch:
             rest[0] = (ball.motion[0] - self.common) / (float(self.saturation(ball, "outer")[0]) * self.common)
         return math.hypot(float(np.linalg.norm(rest[:4])), BALANCED / SETTLED * float(np.linalg.norm(rest[4:])))
 
+    def _correct_slopes(self, ball: Ball, contacts: Mapping[RingName, SolvedContact], near: float) -> None:
+        """Slopes that give the change of the wrenches since `contacts`, if creepages changed by less than `near`."""
+        for ring, before in contacts.items():
+            moved = (ball.contacts[ring].creepages - before.creepages) / self.saturation(ball, ring)
+            missed = ball.contacts[ring].wrench - before.wrench - ball.slopes[ring] @ moved
+            if TELLS < float(np.abs(moved).max()) < near:
+                ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, moved) / float(moved @ moved)
+
     def _in_balance(self, ball: Ball, contact: Problem, tolerance: float) -> None:
         """Move a ball, and its place with its friction, until what is left of its conditions falls below `tolerance`, or
         nothing more helps."""
         where, fresh, share = list(ball.members), False, 1.0
         for _ in range(MOST_STEPS):
-            if self.left(ball) <= tolerance:
+            if (left := self.left(ball)) <= tolerance:
                 return
             if not ball.slopes or share < SHORTEST:
                 if fresh:
@@ -416,12 +425,9 @@ class BearingSearch:
             self._put(ball)
             if ball.loaded and not self.placement.reason:
                 self._solve(ball, contact)
-                closer = self.left(ball) <= tolerance or self._whole_step(ball)[1] < (1.0 - CLOSER * share) * size
-                for ring, before in contacts.items():
-                    moved = (ball.contacts[ring].creepages - before.creepages) / self.saturation(ball, ring)
-                    missed = ball.contacts[ring].wrench - before.wrench - ball.slopes[ring] @ moved
-                    if closer or float(np.abs(moved).max()) < NEAR:
-                        ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, moved) / max(float(moved @ moved), 1e-300)
+                closer = (self.left(ball) <= max(tolerance, LESS * left)
+                          or self._whole_step(ball)[1] < (1.0 - CLOSER * share) * size)
+                self._correct_slopes(ball, contacts, math.inf if closer else NEAR)
                 if closer:
                     share, fresh = min(1.0, LONGER * share), False
                     continue
