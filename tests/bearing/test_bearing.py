@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
+from scipy.special import ellipe
 
+from scripts.closed_forms import heathcote
 from tests.support.command_line import call
 from thermoroll_cli import Case, CaseError, read_result, solve
+from thermoroll_cli.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.problem.result import Result
 
 RPM = 2.0 * math.pi / 60.0
@@ -40,6 +43,38 @@ def case(**changes: Any) -> dict[str, Any]:
 
 def contact(result: Result, name: str) -> Result:
     return next(each for each in result.contacts if each.name == name)
+
+
+FEW = {"bearing__balls": 3, "bearing__load__axial_N": 3000.0, "load__friction_coefficient": 0.1, "numerics__grid": 12}
+"""Three balls under thrust."""
+COMBINED = FEW | {"bearing__inner_rpm": 1e3, "bearing__load__radial_N": 600.0}
+
+
+@pytest.fixture(scope="module")
+def thrust() -> Result:
+    return solve(case(**FEW))
+
+
+@pytest.fixture(scope="module")
+def combined() -> Result:
+    return solve(case(**COMBINED))
+
+
+def semi_axes(content: dict[str, Any], found: Result) -> tuple[float, float]:
+    """Hertz's semi-axes of a contact of ball 1 in m, along and across rolling."""
+    task = Case.from_dict(content).task
+    assert isinstance(task, BearingProblem)
+    hertz = task.hertz(found.record["ring"], math.radians(found.record["contact_angle_deg"]), found.record["normal_N"])
+    return hertz.semi_axis_x, hertz.semi_axis_y
+
+
+def pockets(result: Result) -> dict[int, float]:
+    """Force of its pocket on each ball along the pitch circle in N: that which both of its contacts leave."""
+    found: dict[int, float] = {}
+    for each in result.contacts:
+        way = -1.0 if each.record["ring"] == "inner" else 1.0
+        found[each.record["ball"]] = found.get(each.record["ball"], 0.0) + way * each["force_x_N"]
+    return found
 
 
 def iso(clearance: float, axial: float, radial: float, moment: float | None) -> Result:
@@ -115,7 +150,7 @@ def test_axes_follow_from_the_balance_of_tractions(friction: float, torque: floa
 
 
 def test_contacts_are_those_of_the_same_contact_alone() -> None:
-    content = case(subsurface__layers=8, strength__lower__shear_yield_MPa=900.0)
+    content = case(**FEW | {"numerics__grid": 8}, subsurface__layers=6, strength__lower__shear_yield_MPa=900.0)
     content["material"] |= {"conductivity_W_mK": 46.0, "expansion_um_mK": 11.7, "diffusivity_mm2_s": 12.5}
     result = solve(content)
     own = contact(result, "ball_1_inner")
@@ -124,34 +159,104 @@ def test_contacts_are_those_of_the_same_contact_alone() -> None:
     assert {name: own[name] for name in alone.scalars} == dict(alone.scalars)
 
 
-def test_the_other_ring_may_turn() -> None:
-    one = solve(case(bearing__inner_rpm=-200.0))
-    other = solve(case(bearing__inner_rpm=200.0))
-    assert one["torque_Nmm"] == pytest.approx(other["torque_Nmm"], rel=2e-3)
-    assert one["cage_speed_rad_s"] == pytest.approx(-other["cage_speed_rad_s"], rel=1e-4)
+def test_turning_and_thrust_the_other_way_are_mirror_images(thrust: Result) -> None:
+    other = solve(case(**FEW | {"bearing__load__axial_N": -3000.0, "bearing__inner_rpm": -1e4}))
+    assert other["cage_speed_rad_s"] == pytest.approx(-thrust["cage_speed_rad_s"], rel=1e-4)
+    assert other["axial_displacement_um"] == pytest.approx(-thrust["axial_displacement_um"], rel=1e-5)
+    assert other["torque_Nmm"] == pytest.approx(thrust["torque_Nmm"], rel=1e-3)
+
+
+def test_either_ring_may_turn() -> None:
+    """Without centrifugal forces only the speeds of the rings against each other count."""
+    one, other = (solve(case(**FEW | {"bearing__inner_rpm": inner, "bearing__outer_rpm": outer}))
+                  for inner, outer in ((10.0, 0.0), (0.0, -10.0)))
+    assert one["torque_Nmm"] == pytest.approx(other["torque_Nmm"], rel=1e-4)
+    assert one["cage_speed_rad_s"] - other["cage_speed_rad_s"] == pytest.approx(10.0 * RPM, rel=1e-6)
+    for name in ("ball_1_inner", "ball_1_outer"):
+        spins = [contact(each, name).record["spin_to_roll"] for each in (one, other)]
+        assert spins[0] == pytest.approx(spins[1], rel=1e-4)
+
+
+def test_twice_the_balls_and_the_lengths_with_eight_times_the_thrust_of_the_same_bearing(thrust: Result) -> None:
+    """Under thrust every ball is alike. Twice the lengths, four times the loads and half of the speed have the same strains,
+    angles, and creepages, and eight times the torque of each ball."""
+    large = solve(case(**FEW | {"bearing__ball_diameter_mm": 44.45, "bearing__pitch_diameter_mm": 250.52, "bearing__balls": 6,
+                                "bearing__load__axial_N": 24000.0, "bearing__inner_rpm": 5e3}))
+    assert thrust.converged and large.converged
+    assert large["torque_Nmm"] == pytest.approx(16.0 * thrust["torque_Nmm"], rel=1e-4)
+    for name in ("spin_to_roll", "contact_angle_deg", "ball_pitch_deg"):
+        one, other = (contact(each, "ball_2_inner").record[name] for each in (thrust, large))
+        assert other == pytest.approx(one, rel=1e-4), name
+
+
+def test_a_moment_that_turns_by_one_pitch_permutes_the_balls() -> None:
+    """A moment towards ball 2 loads the balls as one towards ball 1, each one place further."""
+    records = []
+    for towards in (0.0, 2.0 * math.pi / 3.0):
+        moment = [20.0 * math.cos(towards), 20.0 * math.sin(towards)]
+        result = solve(case(**FEW, bearing__control="outer", bearing__load__moment_Nm=moment))
+        records.append([contact(result, f"ball_{ball}_inner").record for ball in (1, 2, 3)])
+    assert records[0][0]["normal_N"] > 1.1 * records[0][1]["normal_N"]
+    for name in ("normal_N", "contact_angle_deg", "spin_to_roll", "Q_F_W"):
+        before, after = ([record[name] for record in each] for each in records)
+        assert after == pytest.approx([before[2], before[0], before[1]], rel=1e-6), name
+
+
+def test_a_common_cage_under_thrust_is_a_free_one(thrust: Result) -> None:
+    common = solve(case(**FEW, bearing__cage="common"))
+    assert dict(common.scalars) == dict(thrust.scalars)
+
+
+def test_a_common_cage_has_one_speed_and_its_pockets_carry_nothing_together(combined: Result) -> None:
+    common = solve(case(**COMBINED, bearing__cage="common"))
+    assert combined.converged and common.converged, common.reason
+    speeds, own = ({each.record["ball"]: each.record["cage_speed_rad_s"] for each in result.contacts}
+                   for result in (common, combined))
+    assert [*speeds.values()] == pytest.approx([speeds[1]] * 3, rel=1e-12)
+    assert own[1] < speeds[1] < own[2]
+    forces = pockets(common)
+    assert abs(forces[1]) > 1.0
+    assert sum(forces.values()) == pytest.approx(0.0, abs=1e-3 * abs(forces[1]))
+    assert list(pockets(combined).values()) == pytest.approx([0.0] * 3, abs=1e-2)
+    assert common["torque_from_forces_Nmm"] == pytest.approx(common["torque_Nmm"], rel=2e-3)
+    assert common.uncertainty["cage_speed_rad_s"] > 0.0
+    # Each of two kinds of balls takes about as many solutions as a ball alone.
+    assert common.work["contact_solves"] <= 160
+
+
+def test_little_friction_slides_and_much_sticks() -> None:
+    """A ball without spin at the outer ring. As friction falls, the spin of the inner contact has the moment of one that slides
+    all over, 3/8 μ Q b E(e) by integration of Hertz's pressure; as it rises, contacts stick and forces tend to a limit."""
+    def moment(friction: float) -> tuple[float, float]:
+        result = solve(case(**FEW | {"load__friction_coefficient": friction}, bearing__control="outer",
+                            bearing__inner_rpm=10.0, bearing__patches="plane"))
+        inner = contact(result, "ball_1_inner")
+        a, b = semi_axes(case(**FEW), inner)
+        slides = 0.375e3 * friction * inner.record["normal_N"] * b * float(ellipe(1.0 - (a / b) ** 2))
+        return abs(inner["spin_moment_Nmm"]) / slides, inner["gamma_st"]
+
+    few, less, more = moment(1e-3), moment(1e-2), moment(10.0)
+    assert few[0] == pytest.approx(1.0, abs=0.02) and less[0] == pytest.approx(few[0], abs=1e-3) and few[1] == 0.0
+    assert more[0] < 0.5 and more[1] > 0.85
 
 
 @pytest.mark.slow
-def test_thrust_the_other_way_is_the_mirror_image() -> None:
-    one, other = solve(case()), solve(case(bearing__load__axial_N=-17800.0))
-    assert one["axial_displacement_um"] == pytest.approx(-other["axial_displacement_um"], rel=1e-5)
-    assert one["torque_Nmm"] == pytest.approx(other["torque_Nmm"], rel=1e-3)
-
-
-def test_twice_the_balls_under_twice_the_thrust_and_other_lengths_of_the_same_bearing() -> None:
-    """Under thrust every ball is alike. Twice the lengths, four times the loads and half of the speed have the same strains,
-    angles, and creepages."""
-    content = {"bearing__balls": 3, "bearing__load__axial_N": 3000.0, "load__friction_coefficient": 0.1, "numerics__grid": 12}
-    one = solve(case(**content))
-    two = solve(case(**content | {"bearing__balls": 6, "bearing__load__axial_N": 6000.0}))
-    large = solve(case(**content | {"bearing__ball_diameter_mm": 44.45, "bearing__pitch_diameter_mm": 250.52,
-                                    "bearing__load__axial_N": 12000.0, "bearing__inner_rpm": 5e3}))
-    assert one.converged and two.converged and large.converged
-    assert two["torque_Nmm"] == pytest.approx(2.0 * one["torque_Nmm"], rel=1e-4)
-    assert large["torque_Nmm"] == pytest.approx(8.0 * one["torque_Nmm"], rel=1e-4)
-    for name in ("spin_to_roll", "contact_angle_deg", "ball_pitch_deg"):
-        values = [contact(each, "ball_2_inner").record[name] for each in (one, two, large)]
-        assert values == pytest.approx([values[0]] * 3, rel=1e-4), name
+def test_balls_in_a_deep_groove_roll_as_heathcote_says() -> None:
+    """Without spin a contact that slides all over has the heat of `heathcote`, which includes slip across, for c = κ_x/2R: the
+    bodies roll over each other with the curvature κ_x and touch in a surface of the radius R."""
+    ball, conformity, friction = 22.225e-3, 0.51, 1e-3
+    content = case(bearing__balls=3, bearing__contact_angle_deg=0.0, bearing__clearance_um=0.0, bearing__load__axial_N=None,
+                   bearing__load__radial_N=300.0, bearing__inner_rpm=10.0, load__friction_coefficient=friction,
+                   bearing__conformity_inner=conformity, bearing__conformity_outer=conformity)
+    result, heat = solve(content), 0.0
+    assert result.converged, result.reason
+    for ring, way in (("inner", 1.0), ("outer", -1.0)):
+        found = contact(result, f"ball_1_{ring}")
+        a, b = semi_axes(content, found)
+        rolls = 2.0 / ball + way * 2.0 / (125.26e-3 - way * ball)
+        slip = 0.5 * rolls * (1.0 + 0.5 / conformity) / ball * b**2
+        heat += heathcote(a / b)[1] * friction * found.record["normal_N"] * slip * found.record["rolling_speed_m_s"]
+    assert result["Q_F_W"] == pytest.approx(heat, rel=0.03)
 
 
 @pytest.mark.slow
@@ -166,11 +271,10 @@ def test_torques_from_heat_and_from_forces_agree_where_creepages_are_large() -> 
 
 
 def test_accuracy_is_that_of_the_whole() -> None:
-    content = case(bearing__balls=3, bearing__load__axial_N=3000.0, numerics__grid=None, numerics__accuracy=0.02,
-                   numerics__accuracy_of=["torque_Nmm"])
+    content = case(**FEW | {"numerics__grid": None}, numerics__accuracy=0.1, numerics__accuracy_of=["torque_Nmm"])
     result = solve(content)
     torque = result.uncertainty["torque_Nmm"] / result["torque_Nmm"]
-    assert result.converged == (torque <= 0.02), result.reason
+    assert result.converged == (torque <= 0.1), result.reason
 
 
 def test_a_deep_groove_bearing_has_free_balls() -> None:
@@ -207,20 +311,20 @@ def test_a_warm_inner_ring_is_a_wider_one_with_a_wider_groove() -> None:
 
 
 def test_five_displacements_and_stiffness() -> None:
-    result = solve(case(bearing__control="outer", bearing__inner_rpm=100.0, numerics__grid=8, bearing__load__radial_N=3e3,
-                        bearing__load__moment_Nm=[40.0, 25.0]))
+    content = {"bearing__balls": 5, "bearing__control": "outer", "bearing__inner_rpm": 100.0, "numerics__grid": 8,
+               "bearing__load__radial_N": 1e3, "bearing__load__moment_Nm": [15.0, 8.0]}
+    result = solve(case(**content, bearing__load__axial_N=6000.0))
     records = [each.record for each in result.contacts if each.record["ring"] == "inner"]
     loads, angles, balls = (np.array([each[name] for each in records]) for name in ("normal_N", "contact_angle_deg", "ball"))
-    angles, psi = np.radians(angles), 2.0 * math.pi * (balls - 1) / 16
+    angles, psi = np.radians(angles), 2.0 * math.pi * (balls - 1) / 5
     arm = 0.06263 + 0.0232 * 22.225e-3 * math.cos(math.radians(40.0))
     axial, radial = loads * np.sin(angles), loads * np.cos(angles)
-    assert axial.sum() == pytest.approx(17800.0, rel=1e-9)
-    assert (radial * np.cos(psi)).sum() == pytest.approx(3e3, rel=1e-9)
+    assert axial.sum() == pytest.approx(6000.0, rel=1e-9)
+    assert (radial * np.cos(psi)).sum() == pytest.approx(1e3, rel=1e-9)
     assert (radial * np.sin(psi)).sum() == pytest.approx(0.0, abs=1e-4)
-    assert arm * (axial * np.cos(psi)).sum() == pytest.approx(40.0, rel=1e-8)
-    assert arm * (axial * np.sin(psi)).sum() == pytest.approx(25.0, rel=1e-8)
-    more = solve(case(bearing__control="outer", bearing__inner_rpm=100.0, numerics__grid=8, bearing__load__radial_N=3e3,
-                      bearing__load__axial_N=17801.0, bearing__load__moment_Nm=[40.0, 25.0]))
+    assert arm * (axial * np.cos(psi)).sum() == pytest.approx(15.0, rel=1e-8)
+    assert arm * (axial * np.sin(psi)).sum() == pytest.approx(8.0, rel=1e-8)
+    more = solve(case(**content, bearing__load__axial_N=6001.0))
     step = more["axial_displacement_um"] - result["axial_displacement_um"]
     assert 1.0 / step == pytest.approx(result["axial_stiffness_N_um"], rel=1e-3)
 
@@ -245,8 +349,7 @@ def test_bearings_that_cannot_be(changes: dict[str, Any], words: str) -> None:
 
 def test_a_run_has_files_and_pictures(tmp_path: Path) -> None:
     source = tmp_path / "bearing.toml"
-    source.write_text(tomli_w.dumps(case(bearing__balls=4, bearing__inner_rpm=100.0,
-                                         bearing__load__axial_N=500.0, bearing__load__radial_N=200.0)))
+    source.write_text(tomli_w.dumps(case(**COMBINED, bearing__control="outer")))
     call("run", source, "-o", tmp_path)
     assert {"bearing_loads.png", "bearing_axes.png", "bearing_patches.png"} <= {path.name for path in tmp_path.iterdir()}
     result = read_result(tmp_path / "bearing.h5")
