@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Iterator
 
 import pytest
@@ -14,8 +15,9 @@ from thermoroll_cli.process import one_thread
 
 # Before anything loads NumPy, as the command does: a second thread of linear algebra costs a quarter more processor time here.
 one_thread()
-# The hundreds of processes that tests start need not compile the package each.
+# Neither the hundreds of processes that tests start nor those that share the tests need compile what others have compiled.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -196,21 +196,27 @@ def conicity_of(problem: WheelsetProblem, amplitudes: Array) -> Conicity:
         raise Unsolvable("a single wheel has no equivalent conicity", "wheelset.wheels", '"both"')
     centred = replace(problem, position=Position(), vertical=1.0, finds_roll=False)
     touching(centred)
+    known: dict[Hashable, Touch | None] = {}
 
     def contacts_at(shift: float) -> Contacts | None:
-        return _contacts(replace(centred, position=Position(y=shift)))
+        return _contacts(replace(centred, position=Position(y=shift)), known)
 
     shifts, contacts = _followed(contacts_at, max(float(amplitudes.max()), *NEIGHBOURS))
     found = Conicity(problem, shifts, contacts, amplitudes)
     return replace(found, warnings=tuple(_warnings(found)))
 
 
-def _contacts(problem: WheelsetProblem) -> Contacts | None:
-    """Both contacts; None where one lies at an end of a profile or where a flange climbs."""
+def _contacts(problem: WheelsetProblem, known: dict[Hashable, Touch | None]) -> Contacts | None:
+    """Both contacts; None where one lies at an end of a profile or where a flange climbs. A wheel like the other one touches
+    at y as that does at −y: `known` keeps what was found."""
     found: Contacts = {}
     with contextlib.suppress(Unsolvable):
         for side in SIDES:
-            if touch := _touch(problem.facing(side)):
+            facing = problem.facing(side)
+            place = facing.rail, facing.wheel, facing.position
+            if place not in known:
+                known[place] = _touch(facing)
+            if touch := known[place]:
                 found[side] = touch
     return found if len(found) == len(SIDES) else None
 

@@ -125,27 +125,28 @@ class Outline:
 
 
 def outline(y: Array, z: Array, at: Array, *, lowest: bool) -> Outline:
-    """The lowest (largest z, which points down) or highest z at the places `at` of all branches on which `y` is monotone.
-    Samples that are nan divide branches."""
+    """The lowest (largest z, which points down) or highest z at the increasing places `at` of all branches on which `y` is
+    monotone. Samples that are nan divide branches."""
     steps = np.diff(y)
     direction = np.where(np.isnan(steps), 2, np.sign(steps)).astype(int)
     # Samples at the same y, as both of a knot, continue the branch before them.
     moving = np.flatnonzero(direction)
     direction = direction[moving[np.maximum(np.searchsorted(moving, np.arange(len(steps)), "right") - 1, 0)]]
     bounds = np.concatenate(([0], np.flatnonzero(np.diff(direction)) + 1, [len(steps)]))
+    first, behind = np.searchsorted(at, y[bounds]), np.searchsorted(at, y[bounds], "right")
     seen, number = np.full(len(at), np.nan), np.full(len(at), np.nan)
-    for a, b in itertools.pairwise(bounds):
-        if abs(direction[a]) != 1:
+    for k, (a, b) in enumerate(itertools.pairwise(bounds.tolist())):
+        rises = direction[a] == 1
+        within = slice(first[k], behind[k + 1]) if rises else slice(first[k + 1], behind[k])
+        if abs(direction[a]) != 1 or within.start >= within.stop:
             continue
-        order = slice(a, b + 1) if direction[a] == 1 else slice(b, a - 1 if a else None, -1)
-        index = np.interp(at, y[order], np.arange(a, b + 1)[:: direction[a]], np.nan, np.nan)
-        inside = ~np.isnan(index)
-        if not inside.any():
-            continue
-        heights = np.interp(at[inside], y[order], z[order])
-        nearer = np.isnan(seen[inside]) | ((heights > seen[inside]) if lowest else (heights < seen[inside]))
-        places = np.flatnonzero(inside)[nearer]
-        seen[places], number[places] = heights[nearer], index[places]
+        order = slice(a, b + 1) if rises else slice(b, a - 1 if a else None, -1)
+        branch = y[order]
+        index = np.interp(at[within], branch, np.arange(a, b + 1)[:: direction[a]])
+        heights = np.interp(at[within], branch, z[order])
+        nearer = np.isnan(seen[within]) | ((heights > seen[within]) if lowest else (heights < seen[within]))
+        seen[within] = np.where(nearer, heights, seen[within])
+        number[within] = np.where(nearer, index, number[within])
     return Outline(at, seen, number)
 
 
