@@ -98,7 +98,7 @@ def test_what_came_from_outside_does_not_steer_a_terminal(tmp_path: Path) -> Non
     assert f"results/{replaced}.h5" in shown
     assert "\x1b[2K" in shown and "\x1b]0" not in shown and "\x07" not in shown
     result = f"results/{name}.h5"
-    for arguments, code in ((["compare", result, result], 0), (["export", result, "--format", "csv"], 0), (["plot", result], 0),
+    for arguments, code in ((["compare", result, result], 0), (["export", result, "--format", "csv"], 0), (["plot", result, "--fields", "pressure"], 0),
                             (["report", result], 0), (["show", f"{name}.toml"], 0), (["validate", f"{name}.toml"], 0),
                             (["sweep", f"{name}.toml", "--over", "load.normal_N=60,65", "--no-plots"], 0),
                             (["plot", f"{name}.toml"], 2), ([name], 2), (["run", name], 3), (["compare", name, result], 5)):
@@ -112,7 +112,6 @@ def test_colour_and_progress_on_terminals_only_and_never_with_no_color(tmp_path:
     (tmp_path / "bad.toml").write_text("load = 3\n")
     run = ["run", "case.toml", "--no-plots"]
     assert "\x1b[1;31merror:" in on_terminal(["validate", "bad.toml"], tmp_path)
-    assert "\x1b[2K" in on_terminal(run, tmp_path)
     assert "\x1b" not in call("validate", "bad.toml", cwd=tmp_path).stderr + call(*run, cwd=tmp_path).stderr
     terminal = mock.Mock(isatty=lambda: True)
     for variables, shown in (({"TERM": "xterm"}, (True, True)), ({"NO_COLOR": "1"}, (True, False)),

@@ -83,10 +83,10 @@ def test_a_stored_result_gives_the_same_pictures(tmp_path: pathlib.Path) -> None
     result = synthetic.result((24, 20), aspect=1.5)
     write_result(tmp_path / "r.h5", result)
     wanted = ["traction", "temperature", "summary"]
-    direct = draw(result, tmp_path / "direct", kinds=wanted)
+    direct = draw(result, tmp_path / "direct", kinds=wanted, dpi=40)
     assert kinds(direct, "direct") == wanted
     assert sorted(os.listdir(tmp_path)) == sorted(["r.h5", *(path.name for path in direct)])
-    stored = draw(read_result(tmp_path / "r.h5"), tmp_path / "stored", kinds=wanted)
+    stored = draw(read_result(tmp_path / "r.h5"), tmp_path / "stored", kinds=wanted, dpi=40)
     assert [path.read_bytes() for path in direct] == [path.read_bytes() for path in stored]
 
 

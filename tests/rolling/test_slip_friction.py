@@ -208,6 +208,7 @@ def test_friction_that_rises_over_a_soft_interlayer() -> None:
         solve(replace(problem, friction=Friction(0.3, again), motion=Motion(1.0, None, force_x=20.0)))
 
 
+@pytest.mark.slow
 def test_friction_that_rises_carries_more_than_without_slip_at_second_order() -> None:
     law = FrictionLaw("table", table=((0.0, 1.0), (2e-3, 1.5), (1e-2, 1.7)))
     motion = Motion(1.0, 0.0012, 5e-4, differential_slip=False)
@@ -328,7 +329,7 @@ def test_the_end_of_stick_converges_at_first_order_with_steep_friction() -> None
 @pytest.mark.parametrize("branch", BRANCHES["branches"][:1], ids=lambda branch: str(branch["force_over_mu0W"]))
 def test_a_force_below_the_maximum_belongs_to_two_creepages(branch: dict) -> None:
     limit = BRANCHES["input"]["friction"] * BRANCHES["input"]["normal_N"]
-    result = solve(case({**BRANCHES["input"], "force_N": branch["force_over_mu0W"] * limit}, 128))
+    result = solve(case({**BRANCHES["input"], "force_N": branch["force_over_mu0W"] * limit}, 96))
     assert result.converged
     assert result.coupled.scalars["creepage_longitudinal"] == pytest.approx(branch["creepage_low"], rel=1e-3)
     assert result.of_problem["creepage_falling_branch"] == pytest.approx(branch["creepage_high"], rel=5e-3)

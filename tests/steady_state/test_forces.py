@@ -86,7 +86,7 @@ def test_fine_grids_recover_creepages_too(directions):
     assert s["creepage_lateral"] == pytest.approx(m.creepage_y, abs=2e-5 * m.creepage_x)
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.7, math.pi / 2, -2.2])
+@pytest.mark.parametrize("angle", [0.0, 0.7, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (math.pi / 2, -2.2))])
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.99, 0.999])
 def test_forces_up_to_the_friction_limit_are_met(share, angle):
     """Newton does not need luck close to μW: the creepage stays below full slip and the force is met to 1e-6 μW."""

@@ -429,11 +429,11 @@ def test_a_layer_that_is_rolled_fast_loses_what_its_elastic_contact_stores(core:
 
 def test_a_layer_that_is_rolled_slowly_resists_in_proportion_to_the_speed() -> None:
     """Everything but the last, linear, part of its memory has relaxed: R/V is a constant, as of whole bodies."""
-    over_speed = [scalars(roller(upper=on_core(0.24e9), friction=0.0, load=2.0, grid=(24, 24), speed=speed,
+    over_speed = [scalars(roller(upper=on_core(0.24e9), friction=0.0, load=2.0, speed=speed,
                                  geometry=Geometry(math.inf, math.inf, 0.05, 0.2)))["rolling_resistance_N"] / speed
-                  for speed in (1e-6, 1e-5, 1e-4, 1e-3)]
+                  for speed in (1e-6, 3e-5, 1e-3)]
     assert over_speed[0] > 0.0
-    assert over_speed == pytest.approx([over_speed[0]] * 4, rel=1e-3)
+    assert over_speed == pytest.approx([over_speed[0]] * 3, rel=1e-3)
 
 
 def test_two_layers_of_one_material_are_one_and_power_is_balanced() -> None:

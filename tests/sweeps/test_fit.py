@@ -24,11 +24,11 @@ CASE = {
     "load": {"normal_N": 9400.0, "friction_coefficient": 0.5},
     "layer": {"compliance_um_GPa": 4.0},
     "rolling": {"speed_m_s": 0.83, "differential_slip": False},
-    "numerics": {"grid": 16},
+    "numerics": {"grid": 12},
 }
 KEYS = ["load.friction_coefficient", "layer.compliance_um_GPa"]
 CREEPAGES = [1e-3, 3e-3, 1.2e-2]
-MORE = [5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.5e-2]
+MORE = [5e-4, 2e-3, 4e-3, 1.5e-2]
 """Creepages, enough of them to determine the interlayer beside the error of the grid."""
 KNOWN = CASE | {"layer": {"compliance_um_GPa": 2.0}}
 """With the interlayer of the curves, so that friction alone is free."""
@@ -72,6 +72,7 @@ def fitted(noise: float) -> dict[str, Parameter]:
     return fit(KNOWN, noisy_curve(noise), KEYS[:1]).parameters
 
 
+@pytest.mark.slow
 def test_order_of_points_and_units_of_weights_change_nothing():
     turned = {name: column[::-1] for name, column in in_newton(noisy_curve(0.01)).items()}
     other = fit(KNOWN, turned | {"force_x_N_error": [7.0] * len(CREEPAGES)}, KEYS[:1]).parameters[KEYS[0]]

@@ -489,7 +489,7 @@ def at_grid(side: int) -> Result:
 
 def test_an_angular_velocity_that_is_found_has_an_error():
     """Coarse values are as far from finer ones as they say; the power of the creep forces moves with it."""
-    coarse, fine = at_grid(16), at_grid(48)
+    coarse, fine = at_grid(16), at_grid(32)
     for name in ("angular_velocity_rad_s", "T_gamma_N", "Q_F_W"):
         assert abs(coarse.scalars[name] - fine.scalars[name]) <= relative(coarse)[name] * fine.scalars[name], name
     assert 0.0 < relative(fine)["angular_velocity_rad_s"] < 1e-4
@@ -510,7 +510,7 @@ def test_a_wheelset_that_climbs_its_rail_has_an_end_and_a_mirror_image(shift, ya
 
 
 def test_roll_and_rolling_radii_have_errors_that_cover_a_finer_grid():
-    coarse, fine = at_grid(16).summary(), at_grid(48).summary()
+    coarse, fine = at_grid(16).summary(), at_grid(32).summary()
     for name in ("roll_mrad", "rolling_radius_left_mm", "rolling_radius_right_mm", "rolling_radius_difference_mm"):
         missed = abs(coarse[name] - fine[name])
         assert missed <= coarse["uncertainty"][name] < 0.02

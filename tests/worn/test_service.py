@@ -207,6 +207,7 @@ def test_files_that_are_no_positions_are_errors(tmp_path: Path, content: str, wo
     assert words in str(caught.value) and "wear.positions_file" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_errors_cover_shorter_steps() -> None:
     """The worn area and the depth: the outline becomes more conformal from step to step."""
     asked = {"wear.distance_km": 300.0, "wear.smoothing_mm": 8.0}

@@ -187,6 +187,7 @@ def test_the_largest_pressure_of_a_worn_contact_is_that_of_its_middle_or_has_no_
     assert sum(known for _, known in ratios) > len(ratios) // 2
 
 
+@pytest.mark.slow
 def test_errors_cover_finer_steps_and_grids() -> None:
     """The state after a distance, against one of more rows and three times as many steps."""
     def at_end(side: int, fraction: float) -> ContactState:
