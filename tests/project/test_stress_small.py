@@ -85,7 +85,8 @@ def test_drawn_cases_converge_and_keep_the_invariants(population: str, seeds: tu
 
 
 @pytest.mark.parametrize(("population", "seed", "grid", "reference", "least"), [
-    ("coverage of slender grids", 3, (64, 16), 48, 20), pytest.param("coverage of few depths", 6, 16, 32, 50, marks=pytest.mark.slow),
+    ("coverage of slender grids", 3, (64, 16), 48, 20),
+    pytest.param("coverage of few depths", 6, 16, 32, 50, marks=pytest.mark.slow),
     ("coverage of coatings", 1, 16, 32, 10),
 ])  # fmt: skip
 def test_estimates_cover_their_errors(
