@@ -99,7 +99,8 @@ def test_what_came_from_outside_does_not_steer_a_terminal(tmp_path: Path) -> Non
     assert "\x1b[2K" in shown and "\x1b]0" not in shown and "\x07" not in shown
     result = f"results/{name}.h5"
     for arguments, code in ((["compare", result, result], 0), (["export", result, "--format", "csv"], 0),
-                            (["plot", result, "--fields", "pressure"], 0), (["report", result], 0), (["show", f"{name}.toml"], 0), (["validate", f"{name}.toml"], 0),
+                            (["plot", result, "--fields", "pressure"], 0), (["report", result], 0),
+                            (["show", f"{name}.toml"], 0), (["validate", f"{name}.toml"], 0),
                             (["sweep", f"{name}.toml", "--over", "load.normal_N=60,65", "--no-plots"], 0),
                             (["plot", f"{name}.toml"], 2), ([name], 2), (["run", name], 3), (["compare", name, result], 5)):
         done = call(*arguments, cwd=tmp_path)
