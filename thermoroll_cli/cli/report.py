@@ -21,8 +21,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.results import check_no_cases
 from thermoroll_cli.cli.tables import assembly_rows, swept_text, warnings_by_kind
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.files.table_file import is_table_file, read_table
+from thermoroll_cli.files.table_file import read_stored
 from thermoroll_cli.plots.conicity_figure import draw_conicity
 from thermoroll_cli.plots.pictures import draw, kinds_of
 from thermoroll_cli.plots.sweep_figures import numbers, rows_of
@@ -125,7 +124,7 @@ def report(
     if target.suffix.lower() not in (".html", ".htm"):
         raise typer.BadParameter(f"{target} is no HTML file: end its name with .html", param_hint="--output")
     # All of them are read before the first picture is drawn.
-    stored = [read_table(path) if is_table_file(path) else read_result(path) for path in results]
+    stored = [read_stored(path) for path in results]
     options.check_writable(target.parent)
     write(target, [of_result(found, path.stem) if isinstance(found, Result) else of_columns(found, path.stem)
                    for found, path in zip(stored, results, strict=True)])  # fmt: skip

@@ -52,7 +52,7 @@ def plot(
     verbose: options.Verbose = False,
 ) -> None:
     """Draw the pictures of results and sweeps again."""
-    from thermoroll_cli.files.table_file import is_table_file, read_table
+    from thermoroll_cli.files.table_file import read_stored
     from thermoroll_cli.plots.pictures import draw, kinds_of
     from thermoroll_cli.sweeps.measured import Measured
     from thermoroll_cli.sweeps.table_picture import draw_table
@@ -65,7 +65,7 @@ def plot(
     with options.usage("--measured"):
         measured = None if data is None else Measured.read(data)
     # All of them are read before the first picture is drawn.
-    stored = [read_table(path, with_fields=bool(animate)) if is_table_file(path) else read_result(path) for path in results]
+    stored = [read_stored(path, with_fields=bool(animate)) for path in results]
     if output is not None:
         options.check_writable(output)
     for path, stem, result in zip(results, stems, stored, strict=True):

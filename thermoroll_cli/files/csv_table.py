@@ -80,10 +80,15 @@ def _filled(cells: list[str], least: int = 0) -> list[str]:
     return cells
 
 
-def write_rows(path: str | os.PathLike[str], header: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
-    """Write a table as CSV to `path`, complete or not at all. Raises WriteError."""
+def image_of_rows(header: Iterable[str], rows: Iterable[Iterable[object]]) -> bytes:
+    """The content of a CSV file; what is no Unicode, as bytes in a name of a file, is written as an escape."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
     writer.writerows(rows)
-    write_bytes(path, text.getvalue().encode())
+    return text.getvalue().encode("utf-8", "backslashreplace")
+
+
+def write_rows(path: str | os.PathLike[str], header: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write a table as CSV to `path`, complete or not at all. Raises WriteError."""
+    write_bytes(path, image_of_rows(header, rows))

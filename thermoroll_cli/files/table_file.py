@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import csv
-import io
 import json
 import math
 import pathlib
 from collections.abc import Mapping, Sequence
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.atomic import replacing
-from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, image, is_kind, load, of_texts
+from thermoroll_cli.atomic import write_bytes
+from thermoroll_cli.files.csv_table import image_of_rows
+from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, image, kind_of, load, of_texts
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import FIELDS, PLACES, column_of
@@ -28,14 +28,11 @@ ENDS = "_history.csv", "_history.h5"
 
 def write_csv(path: pathlib.Path, table: Columns) -> None:
     """Replace the file at `path` by one with this table. Raises WriteError."""
-    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", errors="backslashreplace", newline="") as stream:
-        _write(stream, table)
+    write_bytes(path, _csv(table))
 
 
-def _write(stream: TextIO, table: Columns) -> None:
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(table.columns)
-    writer.writerows(map(_cell, cells) for cells in zip(*table.columns.values(), strict=True))
+def _csv(table: Columns) -> bytes:
+    return image_of_rows(table.columns, (map(_cell, cells) for cells in zip(*table.columns.values(), strict=True)))
 
 
 def _cell(value: Any) -> str:
@@ -68,9 +65,7 @@ def history_files(stem: str, result: Result, command_line: str) -> dict[str, byt
     """The contents of STEM_history.csv and STEM_history.h5 by their names; none of another result than one over time."""
     if result.history is None:
         return {}
-    text = io.StringIO()
-    _write(text, result.history)
-    return {f"{stem}{ENDS[0]}": text.getvalue().encode("utf-8", "backslashreplace"),
+    return {f"{stem}{ENDS[0]}": _csv(result.history),
             f"{stem}{ENDS[1]}": image(tree_of_table(result.history), HISTORY, command_line)}
 
 
@@ -99,9 +94,11 @@ def _array(values: Sequence[Any]) -> AnyArray:
 # --- reading ---------------------------------------------------------------------------------------------------------
 
 
-def is_table_file(path: pathlib.Path) -> bool:
-    """Whether the file at `path` has many states: a CSV table, or an HDF5 file of this kind."""
-    return path.suffix.lower() == ".csv" or is_kind(path, SWEEP) or is_kind(path, HISTORY)
+def read_stored(path: pathlib.Path, *, with_fields: bool = False) -> Result | Columns:
+    """What the file at `path` holds: a result, or the table of many states, `with_fields` if wanted. Raises ResultFileError."""
+    if path.suffix.lower() == ".csv" or kind_of(path) in (SWEEP, HISTORY):
+        return read_table(path, with_fields=with_fields)
+    return read_result(path)
 
 
 def read_table(path: pathlib.Path, *, with_fields: bool = False) -> Columns:
@@ -149,7 +146,7 @@ def _value(text: str) -> float | str:
 
 
 def _read_hdf5(path: pathlib.Path, *, with_fields: bool) -> Columns:
-    tree = load(path, HISTORY if is_kind(path, HISTORY) else SWEEP, () if with_fields else ("fields",))
+    tree = load(path, HISTORY if kind_of(path) == HISTORY else SWEEP, () if with_fields else ("fields",))
     keys, over = tuple(tree.json("keys")), tree.arrays["status"].axes
     columns = {name: array.values.ravel().tolist() for name, array in tree.arrays.items() if array.axes == over}
     if "point" not in over:

@@ -212,13 +212,13 @@ def load(path: str | os.PathLike[str], kind: str, without: Collection[str] = ())
         raise ResultFileError(f"{path}: {damage}") from cause
 
 
-def is_kind(path: pathlib.Path, kind: str) -> bool:
-    """Whether the file at `path` says that it is of this `kind`; a damaged one does not, and reading it reports the fault."""
+def kind_of(path: pathlib.Path) -> Any:
+    """The kind of which the file at `path` says it is; None of a damaged one, and reading it reports the fault."""
     try:
         with h5py.File(path, "r", locking=False) as file:
-            return _value(file, "kind") == kind
+            return _value(file, "kind")
     except (OSError, RuntimeError, KeyError, ValueError):
-        return False
+        return None
 
 
 class _Foreign(ValueError):
