@@ -175,6 +175,21 @@ def test_a_third_body_hardens(tmp_path: Path) -> None:
     assert [layer.compliance, layer.yield_stress, layer.hardening] == pytest.approx([0.02e-3 / 820e6, 60e6, -1e12])
 
 
+def test_bodies_that_relax_at_once_are_the_relaxed_ones(tmp_path: Path) -> None:
+    text = FIRST.format(chi="0.0").replace("022020", "022120")
+    text = text.replace("    1                  ", " 3.0 3.0 0.0 0.0\n    1  ", 1)
+    case = imported(deck_of(tmp_path, text + END))[0].case
+    assert case is not None and not case.problem.relaxes
+    assert case.problem.lower.youngs_modulus == pytest.approx(2e6 * 82_000.0 * 1.28 / 4.0)
+
+
+def test_stresses_over_time_are_left_out_by_name(tmp_path: Path) -> None:
+    deck = deck_of(tmp_path, FIRST.format(chi="0.0").replace("203100", "202101") + END)
+    done = call("import", deck, "-o", tmp_path, "--json")
+    assert json.loads(done.stdout)["without"] == [{"case": 1, "without": "S = 1: stresses below the surface over time"}]
+    assert "subsurface" not in (tmp_path / "deck_1.toml").read_text()
+
+
 @pytest.mark.parametrize(("change", "reason"), [
     (("022020", "022320"), "M = 3"), (("203100", "200100"), None), (("203100", "233100"), "B = 3"),
     (("022020", "022029"), "E = 9"), (("203100", "202100"), None),

@@ -15,7 +15,7 @@ from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.case import Case, CaseError, Override
-from thermoroll_cli.peer.convert import Axes, Before, LeftOut, converted
+from thermoroll_cli.peer.convert import Axes, Before, LeftOut, converted, without
 from thermoroll_cli.peer.deck import read_deck
 from thermoroll_cli.peer.reference import output_beside, reference_forces
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -24,12 +24,14 @@ from thermoroll_cli.python_api import solve
 
 @dataclass(frozen=True)
 class Imported:
-    """A case of CONTACT by its `number`: the case here with the axes of its forces, or the reason why there is none."""
+    """A case of CONTACT by its `number`: the case here with the axes of its forces, or the reason why there is none; and
+    what it is `without`."""
 
     number: int
     case: Case | None = None
     axes: Axes | None = None
     reason: str = ""
+    without: str = ""
 
 
 def import_(
@@ -51,13 +53,15 @@ def import_(
         found = imported(file, case)
     written, files = [each.case for each in found if each.case is not None], list[Path]()
     left_out = [{"case": each.number, "reason": each.reason} for each in found if each.case is None]
+    less = [{"case": each.number, "without": each.without} for each in found if each.without]
     overrides, compared = options.parse_overrides(settings), list[dict[str, Any]]()
     if written:
         options.check_writable(output)
     for one in written:
         files.append(output / f"{one.name}.toml")
         write_bytes(files[-1], one.text.encode())
-    record: dict[str, Any] = {"cases": len(found), "written": [one.name for one in written], "left_out": left_out}
+    record: dict[str, Any] = {"cases": len(found), "written": [one.name for one in written], "left_out": left_out,
+                              "without": less}
     if run:
         beside = output_beside(file)
         reference = reference_forces(beside) if beside else {}
@@ -72,6 +76,7 @@ def import_(
     def lines() -> Iterator[str]:
         yield f"{file}: {len(written)} of {len(found)} cases written to {output}"
         yield from (f"  case {each['case']}: {each['reason']}" for each in left_out)
+        yield from (f"  case {each['case']}: written without {each['without']}" for each in less)
         for row in compared:
             yield (f"  case {row['case']}: {row['status']}, force {_shown(row['force'])} N"
                    + (f", CONTACT {_shown(row['reference'])} N" if row["reference"] else "")
@@ -94,7 +99,7 @@ def imported(file: Path, only: int | None = None) -> list[Imported]:
         name = f"{file.stem}_{each.number}"
         try:
             content, axes = converted(each, file, before.get(each.contact))
-            found.append(Imported(each.number, Case.from_dict(content, name=name), axes))
+            found.append(Imported(each.number, Case.from_dict(content, name=name), axes, without=without(each)))
             before[each.contact] = Before(name, content, axes)
         except LeftOut as cause:
             found.append(Imported(each.number, reason=str(cause)))

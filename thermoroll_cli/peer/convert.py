@@ -82,10 +82,16 @@ def converted(case: DeckCase, deck: Path, before: Before | None) -> tuple[Conten
     )
     content = {**_materials(case), **_friction(case), "numerics": {"grid": GRID[case.module]}}
     content["title"] = f"{deck.name}, case {case.number}"
-    if digits["S"]:
+    if digits["S"] and not without(case):
         content["subsurface"] = {}
     add = _wheelset if case.module == 1 else _contact
     return content, add(case, deck, before, content)
+
+
+def without(case: DeckCase) -> str:
+    """What a case that is written goes without, though CONTACT puts it out: empty for nothing."""
+    digits = case.digits
+    return f"S = {digits['S']}: stresses below the surface over time" if digits["S"] and digits["T"] in (1, 2) else ""
 
 
 def _leave_out(*reasons: tuple[bool, str]) -> None:
@@ -104,7 +110,10 @@ def _materials(case: DeckCase) -> Content:
         }
         # A spring of compliance 1/G and a Kelvin body of FG/G: the modulus falls to G/(1 + FG) in the time TC/(1 + FG).
         if digits["M"] == 1 and (ratio := read[f"FG{k}"]) > 0.0:
-            body["relaxation"] = [[ratio / (1.0 + ratio), read[f"TC{k}"] / (1.0 + ratio)]]
+            if read[f"TC{k}"] > 0.0:
+                body["relaxation"] = [[ratio / (1.0 + ratio), read[f"TC{k}"] / (1.0 + ratio)]]
+            else:
+                body["youngs_modulus_GPa"] /= 1.0 + ratio
         if digits["H"] and heat:
             of = heat[k - 1]
             body |= {"conductivity_W_mK": 1e3 * of["LAMBDA"], "diffusivity_mm2_s": of["LAMBDA"] / (of["DENS"] * of["HEATCP"]),
