@@ -38,6 +38,8 @@ FULL_STICK_BOUND = 1e8
 """Factor of the traction bound at which nothing slips."""
 LARGEST_REFINED_RESIDUAL = 1e-2
 """Residuals that grow when recomputed, but not beyond this, are reduced by further steps."""
+OTHER_RELAXATION = 0.25
+"""Factor of ρ with which a search goes on that has stopped: the residual then has other minima, and the same zeros."""
 
 Start = tuple[Array, tuple[float, float]]
 Finished = tuple[Iterate, AnyArray, AnyArray, float, AnyArray]
@@ -128,6 +130,11 @@ class RollingSolver:
         if tolerance < finished[0].norm < LARGEST_REFINED_RESIDUAL:
             # Close to the friction limit the combined images lose digits: continue from the recomputed slip.
             finished = newton.finish(self._iterate(newton, finished[0], tolerance, history))
+        if 2.0 * tolerance < finished[0].norm < LARGEST_REFINED_RESIDUAL and problem.slip_friction is None:
+            other = replace(newton, options=replace(self.options, relaxation=OTHER_RELAXATION * self.options.relaxation))
+            near = self._iterate(other, other.start(*_start_from(newton, finished[0])), tolerance, history)
+            again = self._iterate(newton, newton.start(*_start_from(other, near)), tolerance, history)
+            finished = min(finished, newton.finish(again), key=lambda each: each[0].norm)
         return newton, finished
 
     def _fixed_point(
@@ -140,9 +147,7 @@ class RollingSolver:
         factor = state.response.factor
         for _ in range(MOST_FRICTION_ITERATIONS):
             fixed = replace(problem, traction_bound=problem.traction_bound * factor, slip_friction=None)
-            creep = newton.creepage(state.unknown)
-            start = state.traction, (float(creep[0]), float(creep[1]))
-            newton, finished = self._newton(fixed, [start], tolerance, history)
+            newton, finished = self._newton(fixed, [_start_from(newton, state)], tolerance, history)
             state = finished[0]
             if state.norm > 2.0 * tolerance:
                 break
@@ -190,3 +195,9 @@ class RollingSolver:
             slip = friction.law.slip_of(size / float(problem.traction_bound.sum())) / friction.speed
             creep = max(float(creep @ wanted) / size, slip) * wanted / size
         return state.traction, (float(creep[0]), float(creep[1]))
+
+
+def _start_from(newton: Newton, state: Iterate) -> Start:
+    """Tractions and creepages of a `state`."""
+    along, across = newton.creepage(state.unknown).tolist()
+    return state.traction, (along, across)
