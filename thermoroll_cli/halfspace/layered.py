@@ -289,13 +289,9 @@ class LayeredBody:
         return np.exp(np.arange(low, high, STEP))
 
     @cached_property
-    def _compliance(self) -> SurfaceCompliance:
-        return difference_compliance(self.layers, self.substrate, self.wave_numbers())
-
-    @cached_property
     def _radials(self) -> RadialFunctions:
         """Point-load displacements: u_z under p, the two parts of u under q, u_x under p."""
-        c = self._compliance
+        c = difference_compliance(self.layers, self.substrate, self.wave_numbers())
         symbols = {"normal": (0, c.nn), "isotropic": (0, 0.5 * (c.tt + c.ss)), "directional": (2, 0.5 * (c.tt - c.ss)),
                    "coupling": (1, c.tn)}
         return RadialFunctions.of(symbols, self.wave_numbers(), self.thickness)

@@ -53,8 +53,11 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     if isothermal.state.acts_back:
         residuals[f"{_coupling_name(plan)}_residual"] = np.array(isothermal.state.history)
     if last.here.followed is not None:
-        warnings.append(f"the domain has followed the heated contact: {_place(last)}; the state without thermal "
-                        "deformation has a grid of its own")
+        limits = _limits(last)
+        place = ", ".join(f"{axis} from {low:.4g} to {high:.4g} mm"
+                          for axis, low, high in zip("xy", limits[::2], limits[1::2], strict=False))
+        warnings.append(f"the domain has followed the heated contact: {place}; the state without thermal deformation has a "
+                        "grid of its own")
     coupled, given = replace(last.reported, scalars=final(by_level, derived)), problem_scalars(derived)
     numbers = {**coupled.scalars, **given}
     return Result(
@@ -90,13 +93,6 @@ def of_line(result: Result) -> Result:
         below = replace(below, bodies=bodies, scalars=per_length(below.scalars))
     return replace(result, coupled=coupled, isothermal=isothermal, of_problem=per_length(result.of_problem), subsurface=below,
                    uncertainty=per_length(result.uncertainty))
-
-
-def _place(level: Level) -> str:
-    """Where the coupled state lives, in mm."""
-    limits = _limits(level)
-    return ", ".join(f"{axis} from {low:.4g} to {high:.4g} mm"
-                     for axis, low, high in zip("xy", limits[::2], limits[1::2], strict=False))
 
 
 def _limits(level: Level) -> list[float]:

@@ -16,10 +16,14 @@ from thermoroll_cli.refinement.outcome import of_line, refining_both, result_of,
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refine import refine
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
-from thermoroll_cli.refinement.vertical_load import under_vertical
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 
 Report = Callable[[str, Mapping[str, Any]], None]
+
+VERTICAL_ROUNDS = 8
+"""Normal loads that are tried where a vertical force is given: three are usual."""
+VERTICAL_MET = 1e-5
+"""Departure of the vertical force, relative, with which a load is found: the solvers leave a tenth of that."""
 
 
 def solve(
@@ -54,7 +58,7 @@ class Solver:
     def _under(self, problem: Problem, report: Report | None) -> Result:
         """As `solve`, with the names that all contacts share."""
         if problem.vertical is not None:
-            return under_vertical(problem, lambda loaded: self.solve(loaded, report=report))
+            return _under_vertical(problem, lambda loaded: self.solve(loaded, report=report))
         if not has_maximum(problem):
             return self._solve(problem, report)
         # A prescribed force where friction falls with slip: the maximum of the creep curve is found first.
@@ -117,3 +121,32 @@ class Solver:
                 if not missed_accuracy(errors, scalars[-1], problem):
                     break
         return cold, hot
+
+
+def _under_vertical(problem: Problem, solve: Callable[[Problem], Result]) -> Result:
+    """The result of a conformal contact under the load with which pressure and traction carry its `vertical` force (N) along z,
+    by the secant method on their sum. `solve` solves one problem whose load is given.
+
+    The error of the vertical force is one of the load, and of whatever grows with it: no scalar grows faster."""
+    wanted = problem.vertical
+    assert wanted is not None
+    load, before = wanted, (0.0, 0.0)
+    for _ in range(VERTICAL_ROUNDS):
+        result = solve(replace(problem, vertical=None, normal_force=load))
+        force = result.coupled.scalars["contact_force_z_N"]
+        departure = abs(force / wanted - 1.0)
+        if not result.converged or not departure > VERTICAL_MET:
+            break
+        slope = (force - before[1]) / (load - before[0])
+        before = load, force
+        load += (wanted - force) / slope if slope > 0.0 else wanted - force
+    found = replace(result, problem=replace(result.problem, vertical=wanted))
+    if not result.converged:
+        return found
+    if departure > VERTICAL_MET:
+        return replace(found, converged=False, uncertainty={}, reason=(
+            f"no normal load gives the vertical force of {wanted:.6g} N: {before[0]:.6g} N gives {force:.6g} N"))
+    error = result.uncertainty["contact_force_z_N"] + departure * wanted
+    share = error / result.problem.normal_force
+    uncertainty = {name: known + share * abs(result.numbers[name]) for name, known in result.uncertainty.items()}
+    return replace(found, uncertainty=uncertainty | {"normal_N": error, "contact_force_z_N": departure * wanted})

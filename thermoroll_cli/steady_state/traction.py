@@ -135,7 +135,9 @@ class TractionSolver:
         before = solver.gradient.applications
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
         has_shape = self.options.leading_known and not derived.dissimilar and solver.gradient.rolls
-        bound = _bound(problem, normal, friction, self.grid)
+        bound, most = coulomb_bound(problem, normal.pressure, friction, self.grid), problem.interlayer.yield_stress
+        if most is not None:
+            bound = _capped(most, bound, normal.covered)
         if undisturbed:
             check_yield(problem, float(bound.sum()) * self.grid.element_area, BEYOND_YIELD)
         cell = TangentialProblem(
@@ -320,13 +322,6 @@ def coulomb_bound(problem: Problem, pressure: Array, friction: Array | None, gri
     change = np.clip(0.5 * (around[:, 2:] - around[:, :-2]), -2.0 * whole, 2.0 * whole)
     moment = problem.friction.mean_of(lambda share, strip, offset: share * offset, grid.y, grid.dy)
     return whole * problem.friction.mean_share(grid.y, grid.dy) + change * moment
-
-
-def _bound(problem: Problem, normal: Pressure, friction: Array | None, grid: Grid) -> Array:
-    """Largest traction in Pa, (nx, ny): Coulomb's, or the yield stress of the interlayer where that is less."""
-    bound = coulomb_bound(problem, normal.pressure, friction, grid)
-    most = problem.interlayer.yield_stress
-    return bound if most is None else _capped(most, bound, normal.covered)
 
 
 def _capped(most: float, bound: Array, covered: Array) -> Array:

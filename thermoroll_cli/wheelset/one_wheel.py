@@ -174,7 +174,9 @@ def height_of(wheels: Sequence[Placed], vertical: float, start: float | None,
 
     A secant on F^⅔, which is linear for one patch, in a bracket from first contact on. Raises NoHeight."""
     first = min(facing.clearance for _, facing, _ in wheels)
-    depth = _depth(vertical, wheels[0])
+    wheel, facing, _ = wheels[0]
+    # The approach of a sphere as large as the wheel.
+    depth = (9.0 * vertical**2 / (16.0 * wheel.contact_modulus**2 * facing.wheel.radius)) ** (1.0 / 3.0)
     power = vertical ** (2.0 / 3.0)
     most = max(deepest(facing) for _, facing, _ in wheels if facing.clearance - first <= DEEPEST)
     root = RisingRoot(first + (start or depth), power / depth, most / 4.0, first, first + most, (first, -power))
@@ -196,9 +198,3 @@ def height_of(wheels: Sequence[Placed], vertical: float, start: float | None,
             break
         root.move(math.copysign(abs(force) ** (2.0 / 3.0), force) - power)
     raise NoHeight(largest, highest, there)
-
-
-def _depth(vertical: float, placed: Placed) -> float:
-    """Approach of a sphere as large as the wheel."""
-    wheel, facing, _ = placed
-    return float((9.0 * vertical**2 / (16.0 * wheel.contact_modulus**2 * facing.wheel.radius)) ** (1.0 / 3.0))
