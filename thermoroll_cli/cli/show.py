@@ -65,7 +65,7 @@ def show(
         if isinstance(plan, Plan):
             planned |= {"run": plan.run, "skipped": plan.skipped, "grid": plan.sides}
         elif plan is not None:
-            planned |= {"grids": [{"grid": shape, "steps": counts} for shape, counts in plan.grids],
+            planned |= {"grids": [{"grid": shape, "steps": counts} for shape, counts in plan.sides],
                         "applications": plan.applications, "heat_memory_bytes": plan.past_bytes}
         streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **facts, "warnings": warnings,
                             **planned})
@@ -102,7 +102,7 @@ def _stages(plan: Plan, upto: str, width: int) -> list[str]:
 
 def _steps(plan: HistoryPlan, upto: str) -> list[str]:
     """Grids with the numbers of their steps, and the work."""
-    lines = [f"  grid {'×'.join(map(str, shape))}: {' and '.join(map(str, counts))} steps" for shape, counts in plan.grids]
+    lines = [f"  grid {'×'.join(map(str, shape))}: {' and '.join(map(str, counts))} steps" for shape, counts in plan.sides]
     past = f"; {plan.past_bytes / 2**20:.2g} MiB remember the heat of all steps" if plan.past_bytes else ""
     return [*lines[:-1], lines[-1] + upto, f"  about {plan.applications} applications of the tangential operator{past}"]
 

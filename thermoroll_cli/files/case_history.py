@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
@@ -13,7 +14,7 @@ from thermoroll_cli.files.case_errors import Fault
 from thermoroll_cli.files.case_table import Allowed, Table
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.history.course import SHIFTS, SPEED, VARIED, Begin, Course, History
+from thermoroll_cli.history.course import OF_ELLIPSES, OF_LINES, SHIFTS, SPEED, VARIED, Begin, Course, History
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
@@ -23,7 +24,8 @@ REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "th
 """Tables and keys that are not computed over time."""
 LARGEST = 1e15
 """Magnitude of any value."""
-LEAST = {"load.normal_N": 1e-15, "load.approach_um": 1e-9, "load.friction_coefficient": 1e-9, SPEED: 0.0}
+LEAST = {"load.normal_N": 1e-15, "load.normal_N_mm": 1e-15, "load.approach_um": 1e-9, "load.friction_coefficient": 1e-9,
+         SPEED: 0.0}
 """Least values of keys that have one."""
 
 Numbers = Annotated[list[float], Field(min_length=2, max_length=MOST_PLACES)]
@@ -46,6 +48,8 @@ class HistoryTable(Table):
     begin: Annotated[str | None, BEGIN] = Field(
         default=None, max_length=1000,
         description='The steady state (default), "pressed": no tractions yet (default at speed 0), or the result file FILE.h5')
+    length_mm: float | None = Field(
+        default=None, gt=0, le=1e9, description="Length of a line contact: its displacements grow with the logarithm of it")
     values: Annotated[dict[str, list[float]], Allowed("lists of numbers by key, one for each place")] = Field(
         default={}, description=f"Values at the places, linear between them, of {', '.join(VARIED)}")
 
@@ -69,8 +73,21 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
         yield ("history", name), "must not fall", "numbers that rise; the same number twice is a jump"
     if any(one == other == third for one, other, third in zip(places, places[1:], places[2:], strict=False)):
         yield ("history", name), "has a number three times", "the same number twice is a jump"
+    yield from _length(sections.get("load"), history)
     yield from _friction(sections.get("friction"), sections.get("load"), history)
     yield from _values(sections, history, places)
+
+
+def _is_line(load: Any) -> bool:
+    return load is not None and load.normal_N_mm is not None
+
+
+def _length(load: Any, history: HistoryTable) -> Iterator[Fault]:
+    """The length of a line contact, which no other has."""
+    if _is_line(load) == (history.length_mm is None):
+        why = "displacements of a line contact grow with the logarithm of its length" if _is_line(load) else (
+            "is that of a line contact, and the load is none per length")
+        yield ("history", "length_mm"), why, "the length of the contact in mm" if _is_line(load) else "load.normal_N_mm"
 
 
 def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault]:
@@ -94,13 +111,17 @@ def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[flo
     for key, values in history.values.items():
         if key not in VARIED:
             yield path, f"{key} cannot change over time", ", ".join(VARIED)
+        elif key in (OF_ELLIPSES if _is_line(load) else OF_LINES):
+            yield path, f"{key} does not go with a load " + ("per length" if _is_line(load) else "that is none per length"), (
+                ", ".join(each for each in VARIED if each not in (OF_ELLIPSES if _is_line(load) else OF_LINES)))
         elif len(values) != len(places):
             yield path, f"{key} has {len(values)} values for {len(places)} places", "one value for each place"
         elif not all(abs(value) <= LARGEST and value >= LEAST.get(key, -LARGEST) for value in values):
-            what = ": bodies that part are not computed" if key in ("load.normal_N", "load.approach_um") else ""
+            what = ": bodies that part are not computed" if key.startswith(("load.normal", "load.approach")) else ""
             yield path, f"{key} is outside the allowed range{what}", f"{LEAST.get(key, -LARGEST):g} to {LARGEST:g}"
-        elif key.startswith("creepage.") and getattr(force, f"{key.split('.')[1]}_N", None) is not None:
-            yield path, f"{key} cannot change under a given force.{key.split('.')[1]}_N", "a force, or a creepage"
+        elif key.startswith("creepage.") and any(
+                getattr(force, f"{key.split('.')[1]}_{unit}", None) is not None for unit in ("N", "N_mm")):
+            yield path, f"{key} cannot change under a given force.{key.split('.')[1]}", "a force, or a creepage"
         elif load is not None and ((key == "load.normal_N" and load.approach_um is not None)
                                    or (key == "load.approach_um" and load.normal_N is not None)):
             yield path, f"{key} cannot change together with the other one", "a normal load, or an approach"
@@ -119,13 +140,14 @@ def history_of(table: HistoryTable, problem: Problem) -> History:
     """The history that a table describes of the contact `problem`."""
     by_distance, motion = table.distance_mm is not None, problem.motion
     places = tuple(1e-3 * place for place in table.distance_mm or ()) or tuple(table.time_s or ())
-    for key, name in (("force.longitudinal_N", "creepage_x"), ("force.lateral_N", "creepage_y")):
-        if key in table.values:
+    for way, name in (("longitudinal", "creepage_x"), ("lateral", "creepage_y")):
+        if {f"force.{way}_N", f"force.{way}_N_mm"} & {*table.values}:
             motion = replace(motion, **{name: None})  # type: ignore[arg-type]
     still = table.values.get(SPEED, [motion.speed])[0] == 0.0
     values = {key: tuple(given) for key, given in table.values.items()}
     begin = STATES.get(table.begin or ("pressed" if still else "steady")) or _result_in(str(table.begin))
-    return History(replace(problem, motion=motion), Course(
+    problem = replace(problem, motion=motion, length=math.inf if table.length_mm is None else 1e-3 * table.length_mm)
+    return History(problem, Course(
         places, values, by_distance, table.steps, begin, table.fields_every))
 
 

@@ -10,7 +10,7 @@ from thermoroll_cli.files.case_errors import Fault
 from thermoroll_cli.problem.problem import BODIES
 
 LOAD = "load.normal_N_mm"
-REFUSED = ("history", "geometry.conformal", "geometry.lower_profile", "geometry.upper_profile", "creepage.spin_rad_mm",
+REFUSED = ("geometry.conformal", "geometry.lower_profile", "geometry.upper_profile", "creepage.spin_rad_mm",
            "thermal.lower", "thermal.upper", "wear.distance_km", "wear.depth_um")  # fmt: skip
 """Tables and keys that are not computed for line contacts."""
 

@@ -70,17 +70,20 @@ def history_files(stem: str, result: Result, command_line: str) -> dict[str, byt
 
 
 def _fields_node(states: Mapping[int, State]) -> Node:
-    """The fields of states on one grid over the number of their row, x and y."""
+    """The fields of states on one grid over the number of their row, x and y; of a line contact over x alone."""
     if not states:
         return Node()
     first = next(iter(states.values()))
     arrays = axis("row", np.array(list(states)), "", "row of the table") | (
-        axis("x", first.x, "m", "along rolling, trailing edge at +x") | axis("y", first.y, "m", "lateral"))
+        axis("x", first.x, "m", "along rolling, trailing edge at +x")
+        | (axis("y", first.y, "m", "lateral") if len(first.y) else {}))
     for name, field in FIELDS.items():
         if all(name in state.fields for state in states.values()):
             kind = np.int8 if name == "state" else np.float64
             stack = np.stack([np.asarray(state.fields[name], dtype=kind) for state in states.values()])
-            arrays[name] = Labelled(("row", "x", "y"), stack, field.unit, field.meaning, compressed=True)
+            # One number everywhere would be compressed beyond what readers take for honest.
+            arrays[name] = Labelled(("row", "x", "y")[: stack.ndim], stack, field.unit, field.meaning,
+                                    compressed=bool(np.ptp(stack)))
     return Node(arrays)
 
 
@@ -155,8 +158,8 @@ def _read_hdf5(path: pathlib.Path, *, with_fields: bool) -> Columns:
     columns = {name: columns[name] for name in (*keys, *(name for name in columns if name not in keys))}
     fields, states = tree.nodes.get("fields", Node()).arrays, dict[int, State]()
     for place, row in enumerate(fields["row"].values.tolist() if fields else ()):
-        known = {name: array.values[place] for name, array in fields.items() if array.axes == ("row", "x", "y")}
+        known = {name: array.values[place] for name, array in fields.items() if array.axes[:2] == ("row", "x")}
         numbers = {name: column[row] for name, column in columns.items() if isinstance(column[row], float)}
-        states[row] = State(known, numbers, fields["x"].values, fields["y"].values)
+        states[row] = State(known, numbers, fields["x"].values, fields["y"].values if "y" in fields else np.zeros(0))
     title, case_text = str(tree.attributes["title"]), tree.nodes["input"].text("case_text")
     return Columns(columns, keys, over, title, case_text, tree.attributes, states)

@@ -36,7 +36,8 @@ class ShearCompliance:
     """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa, and the tangential compliance h/G of an `interlayer`
     between them in m/Pa: the constants of the tangential kernel.
 
-    For bodies with `coatings` these are constants of the surfaces' materials, for `relaxing` ones the instantaneous constants.
+    Strips have the displacements in the middle of their `length` (m), those of an infinite one up to a constant. For bodies
+    with `coatings` these are constants of the surfaces' materials, for `relaxing` ones the instantaneous constants.
     `trust`, 0 to 1, says how well half-spaces of these describe the bodies near a border (`near_border`)."""
 
     isotropic: float
@@ -45,6 +46,7 @@ class ShearCompliance:
     coatings: AddedCompliance | None = None
     trust: float = 1.0
     relaxing: RelaxingCompliance | None = None
+    length: float = math.inf
 
     @classmethod
     def of(cls, *bodies: tuple[float, float], interlayer: float = 0.0) -> ShearCompliance:
@@ -141,6 +143,9 @@ def shear_tables(nx: int, ny: int, dx: float, dy: float, compliance: ShearCompli
     if compliance.coatings is not None:
         xx, yy, xy = (table + more for table, more in
                       zip((xx, yy, xy), compliance.coatings.shear_tables(nx, ny, dx, dy), strict=True))
+    if math.isinf(dy) and math.isfinite(compliance.length):
+        for table, long in zip((xx, yy), shear_tables(nx, 1, dx, compliance.length, compliance), strict=False):
+            table[:, 0] += long[0, 0] - table[0, 0]
     return xx, yy, xy
 
 

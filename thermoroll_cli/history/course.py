@@ -30,6 +30,7 @@ def _of(part: str, name: str) -> Callable[[Problem, float], Problem]:
 
 VARIED: dict[str, tuple[float, Callable[[Problem, float], Problem]]] = {
     "load.normal_N": (1.0, lambda problem, value: replace(problem, normal_force=value)),
+    "load.normal_N_mm": (1e3, lambda problem, value: replace(problem, normal_force=value)),
     "load.approach_um": (1e-6, pressed_to),
     "load.friction_coefficient": (1.0, _of("friction", "coefficient")),
     SPEED: (1.0, _of("motion", "speed")),
@@ -38,12 +39,18 @@ VARIED: dict[str, tuple[float, Callable[[Problem, float], Problem]]] = {
     "creepage.spin_rad_mm": (1e3, _of("motion", "spin")),
     "force.longitudinal_N": (1.0, _of("motion", "force_x")),
     "force.lateral_N": (1.0, _of("motion", "force_y")),
+    "force.longitudinal_N_mm": (1e3, _of("motion", "force_x")),
+    "force.lateral_N_mm": (1e3, _of("motion", "force_y")),
     "thermal.bulk_temperature_lower_K": (1.0, _of("heating", "bulk_lower")),
     "thermal.bulk_temperature_upper_K": (1.0, _of("heating", "bulk_upper")),
     **dict.fromkeys(SHIFTS, (1e-6, lambda problem, value: problem)),
 }
 """Keys that may change, each with the SI value of its unit and what it changes. Shifts change no problem: the step that they
 happen in does (`steps`)."""
+OF_LINES = tuple(key for key in VARIED if key.endswith("_N_mm"))
+"""Those of line contacts alone."""
+OF_ELLIPSES = (*(key.removesuffix("_mm") for key in OF_LINES), "load.approach_um", "creepage.spin_rad_mm")
+"""Those of all others alone."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,8 @@ COARSEST = 8
 FIRST, FINEST = 32, 256
 """Elements per side of the first grid and of the last one tried where an accuracy is asked for; each takes eight times the time
 of the one before."""
+SHORTEST = 10.0
+"""Least length of a line contact, in half-widths: its displacements are those in its middle."""
 FEW = 6
 """Steps below which errors are doubtful."""
 OF_BEGINNING, OF_STEP = 50, 14
@@ -45,21 +47,31 @@ def grids_of(history: History) -> Iterator[Runs]:
     def after(places: Array) -> Array:
         return places[np.searchsorted(places, restarts, side="right")]
 
-    nx, ny = numerics.grid or (FIRST, FIRST)
-    if min(nx, ny) >= 2 * COARSEST:
+    sides = (numerics.grid or (FIRST, FIRST))[: 1 if history.problem.line else 2]
+
+    def shape(counts: Iterable[int]) -> tuple[int, int]:
+        """Elements along and across, of which a line contact has one."""
+        along, *across = counts
+        return along, across[0] if across else 1
+
+    if min(sides) >= 2 * COARSEST:
         every_second = [np.union1d(rows[::2], rows[-1]), np.union1d(rows[:1], rows[1::2])]
-        yield ((nx + 1) // 2, (ny + 1) // 2), every_second[: len(rows) - 1]
-    yield (nx, ny), [np.union1d(rows, 0.5 * (restarts + after(rows)))]
+        yield shape((side + 1) // 2 for side in sides), every_second[: len(rows) - 1]
+    yield shape(sides), [np.union1d(rows, 0.5 * (restarts + after(rows)))]
     times = 2
-    while numerics.grid is None and times * nx <= FINEST:
+    while numerics.grid is None and times * sides[0] <= FINEST:
         between = np.arange((len(rows) - 1) * times + 1) / times
         places = np.interp(between, np.arange(len(rows)), rows)
-        yield (times * nx, times * ny), [np.union1d(places, 0.5 * (restarts + after(places)))]
+        yield shape(times * side for side in sides), [np.union1d(places, 0.5 * (restarts + after(places)))]
         times *= 2
 
 
 def check(history: History) -> None:
     """Raises Unsolvable for the first reason against the problem at any place of the course."""
+    half, length = DerivedQuantities(history.largest).scales.semi_axis_x, history.problem.length
+    if length < SHORTEST * half:
+        raise Unsolvable(f"a length of {1e3 * length:g} mm is short beside a contact that is {2e3 * half:.3g} mm wide",
+                         "history.length_mm", f"{1e3 * SHORTEST * half:.3g} mm or more, or a profile and load.normal_N")
     for place in history.course.places:
         for after in (False, True):
             for reason in reasons_against(DerivedQuantities(history.problem_at(place, after=after))):
@@ -85,6 +97,11 @@ class HistoryPlan:
     memory_bytes: int
     past_bytes: int
     seconds: float
+
+    @property
+    def sides(self) -> list[tuple[tuple[int, ...], Sequence[int]]]:
+        """`grids`; those of a line contact have elements along rolling alone."""
+        return [(tuple(side for side in shape if side > 1), counts) for shape, counts in self.grids]
 
     @property
     def steps(self) -> list[tuple[str, tuple[int, ...]]]:

@@ -17,10 +17,12 @@ from thermoroll_cli.history.history_plan import check, grids_of, warnings_of
 from thermoroll_cli.history.kept_steps import KeptSteps
 from thermoroll_cli.history.steps import Moment, Steps
 from thermoroll_cli.problem.columns import CONVERGED, Columns
-from thermoroll_cli.problem.names import PLACES, SCALARS, UNCERTAINTY, holds, over_limit
+from thermoroll_cli.problem.names import ALL_SCALARS, PLACES, SCALARS, UNCERTAINTY, holds, known_as, over_limit, per_length
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.error_estimates import FLOOR, missed_accuracy
+from thermoroll_cli.refinement.outcome import state_of_line
 from thermoroll_cli.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
@@ -95,7 +97,8 @@ class HistorySolver:
         assert level is not None
         found = level.result()
         if accuracy is not None and (missed := _missed(found, history)):
-            reason = (f"accuracy {accuracy:g} not reached on the finest grid tried, {shape[0]} × {shape[1]} elements: "
+            tried = ' × '.join(map(str, found.work['grid']))
+            reason = (f"accuracy {accuracy:g} not reached on the finest grid tried, {tried} elements: "
                       f"{', '.join(missed)}; ask for more than {accuracy:g} or for others in numerics.accuracy_of, or set "
                       "numerics.grid and history.steps")
             found = replace(found, converged=False, reason=found.reason or reason)
@@ -118,8 +121,9 @@ class _Level:
         """The end of a step, which is a row where the course has one."""
         self._last, self._work, self._solved = moment, self._work + moment.applications, self._solved and moment.converged
         if moment.place in self.history.course.rows:
-            self.rows.append(Row(moment.place, moment.time, moment.distance, moment.reported.scalars, self._work, self._solved,
-                                 moment.reported if moment.place in self.history.course.places_of_fields else None))
+            reported = _reported(moment)
+            self.rows.append(Row(moment.place, moment.time, moment.distance, reported.scalars, self._work, self._solved,
+                                 reported if moment.place in self.history.course.places_of_fields else None))
             self._work, self._solved = 0, True
 
     def result(self) -> Result:
@@ -135,9 +139,9 @@ def _missed(result: Result, history: History) -> list[str]:
     largest = {name: float(np.nanmax(np.abs(column))) for name, column in table.numbers.items()
                if not name.startswith(UNCERTAINTY)}
     errors = dict.fromkeys(SCALARS, 0.0)
-    for name in (name for name in SCALARS if UNCERTAINTY + name in table):
-        scale = error_scale(name, largest)
-        errors[name] = float(np.nanmax(table[UNCERTAINTY + name])) / scale if scale else 0.0
+    for name, column in ((name, UNCERTAINTY + known_as(name, largest)) for name in SCALARS):
+        scale = error_scale(name, largest) if column in table else 0.0
+        errors[name] = float(np.nanmax(table[column])) / scale if scale else 0.0
     return missed_accuracy(errors, largest, history.problem)
 
 
@@ -148,7 +152,7 @@ def _errors(history: History, rows: Sequence[Row], coarser: Sequence[Row]) -> di
     work and heat are no less than what is missing between both and the stored energy. Where a difference may vanish by chance
     in all rows, another one tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`."""
     found: dict[str, Array] = {}
-    problem, of_problem = history.problem_at(rows[-1].place), problem_scalars(DerivedQuantities(history.largest))
+    problem, of_problem = history.problem_at(rows[-1].place), _known(history.largest)
     columns = {name: np.array([row.scalars[name] for row in rows]) for name in rows[0].scalars}
     largest = {**of_problem, **{name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}}
     places = np.array([row.place for row in rows])
@@ -157,18 +161,29 @@ def _errors(history: History, rows: Sequence[Row], coarser: Sequence[Row]) -> di
     for name, column in columns.items() if both else ():
         difference = np.abs(column[both] - np.array([other[rows[i].place].scalars[name] for i in both]))
         known = ~np.isnan(difference)
-        given = name in SCALARS and holds(SCALARS[name].given, problem)
+        given = name in ALL_SCALARS and holds(ALL_SCALARS[name].given, problem)
         if known.any() and difference[known].any() and not given:
             beside = scipy.ndimage.maximum_filter1d(difference[known], 3)
             error = np.maximum(np.interp(places, places[both][known], beside), np.sqrt((difference[known] ** 2).mean()))
             found[name] = np.where(np.isnan(column), math.nan, SAFETY * error + FLOOR * error_scale(name, largest))
-    energy = columns["elastic_energy_J"]
-    missing = np.abs(columns["work_J"] - columns["heat_J"] - (energy - energy[0]))
-    balance = np.maximum(found.get("heat_J", 0.0), np.maximum.accumulate(missing))
-    found |= {"heat_J": balance, "work_J": np.maximum(found.get("work_J", 0.0), balance)}
+    stored, worked, heat = (known_as(name, columns) for name in ("elastic_energy_J", "work_J", "heat_J"))
+    missing = np.abs(columns[worked] - columns[heat] - (columns[stored] - columns[stored][0]))
+    balance = np.maximum(found.get(heat, 0.0), np.maximum.accumulate(missing))
+    found |= {heat: balance, worked: np.maximum(found.get(worked, 0.0), balance)}
     if "pressure_centre_MPa" in found and "pressure_max_MPa" in found:
         found["pressure_centre_MPa"] = np.maximum(found["pressure_centre_MPa"], MIDDLE * found["pressure_max_MPa"])
     return found
+
+
+def _reported(moment: Moment) -> State:
+    """What is reported of a moment; of a line contact per length."""
+    return state_of_line(moment.reported) if moment.here.derived.problem.line else moment.reported
+
+
+def _known(problem: Problem) -> dict[str, float]:
+    """Scalars of a problem; of a line contact per length."""
+    known = problem_scalars(DerivedQuantities(problem))
+    return per_length(known) if problem.line else known
 
 
 def _result(
@@ -180,7 +195,7 @@ def _result(
         f"{len(failed)} of {len(rows)} steps were not solved, the first one at {failed[0].time:g} s after "
         f"{1e3 * failed[0].distance:g} mm: smaller steps help where inputs change much in one")
     problems = [history.problem_at(row.place) for row in rows]
-    of_problem = [problem_scalars(DerivedQuantities(problem)) for problem in problems]
+    of_problem = [_known(problem) for problem in problems]
     numbers = [{**row.scalars, **known} for row, known in zip(rows, of_problem, strict=True)]
     cells = [each | over_limit(each) for each in numbers]
     places = np.array([row.place for row in rows])
@@ -194,10 +209,10 @@ def _result(
         varied=(*PLACES, *inputs), over=("time_s",), title=history.problem.title,
         states={number: row.state for number, row in enumerate(rows) if row.state is not None})
     problem = replace(problems[-1], normal_force=last.reported.scalars["normal_N"])
-    state, known = last.reported, {name: float(error[-1]) for name, error in errors.items()}
+    state, known = _reported(last), {name: float(error[-1]) for name, error in errors.items()}
     return Result(
         problem=problem, coupled=state, isothermal=state, of_problem=of_problem[-1],
         converged=not failed, reason=reason, uncertainty=known,
-        work={"grid": list(last.here.grid.shape), "extent": last.here.extent, "steps": len(rows) - 1,
+        work={"grid": list(last.here.grid.sides), "extent": last.here.extent, "steps": len(rows) - 1,
               "applications": sum(row.applications for row in rows), "skipped": {}},
         patches=tuple(patches_of(last.here, last.state.contact)), history=table, warnings=tuple(warnings))

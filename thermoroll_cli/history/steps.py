@@ -35,6 +35,7 @@ from thermoroll_cli.history.course import History
 from thermoroll_cli.history.kept_steps import NOTHING_KEPT, KeptSteps
 from thermoroll_cli.numerics.grid import Grid, Prolongation
 from thermoroll_cli.problem.contact import Contact, Past, Traction
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.refinement.refine import first_guess
@@ -315,17 +316,28 @@ def _friction_factor(here: Discretisation, contact: Contact) -> Array | None:
 
 
 def _carried(result: Result, here: Discretisation, pressure: Array) -> tuple[Array, Array]:
-    """Tractions of a result on this grid, (2, nx, ny) in Pa, and by how much the yield stress of its interlayer has grown."""
-    fields = result.fields
-    steps = [float(places[1] - places[0]) for places in (result.x, result.y)]
-    source = Grid.over((len(result.x), len(result.y)), len(result.x) * steps[0], len(result.y) * steps[1],
-                       float(result.y.mean()), float(result.x.mean()))
+    """Tractions of a result on this grid, (2, nx, ny) in Pa, and by how much the yield stress of its interlayer has grown.
+    Raises Unsolvable for those of a contact of another kind."""
+    source, line = _grid_of(result), here.derived.problem.line
+    if math.isinf(source.dy) != line:
+        raise Unsolvable("the state to begin with is " + ("not one" if line else "one") + " of a line contact", "history.begin",
+                         '"steady", "pressed", or the result file of such a contact')
+    fields = {name: np.reshape(values, source.shape) for name, values in result.fields.items()}
     traction = np.stack([fields["shear_x"], fields["shear_y"]])
     alike = source.shape == here.grid.shape and np.allclose(
-        (*result.x, *result.y), (*here.grid.x, *here.grid.y), rtol=1e-9, atol=0.0)
+        (*source.x, *source.y), (*here.grid.x, *here.grid.y), rtol=1e-9, atol=0.0)
     yields = np.asarray(fields.get("yield_stress", np.zeros(source.shape)))
     hardening = np.where(yields > 0.0, yields - (here.derived.problem.interlayer.yield_stress or 0.0), 0.0)
     if alike:
         return traction, hardening
     carry = Prolongation(source, here.grid)
     return carry.traction(traction, fields["pressure"], pressure), carry.from_inside(hardening)
+
+
+def _grid_of(result: Result) -> Grid:
+    """The grid of a result's fields."""
+    steps = [float(places[1] - places[0]) for places in (result.x, result.y) if places.size]
+    if len(steps) == 1:
+        return Grid(len(result.x), 1, steps[0], math.inf, 0.0, float(result.x.mean()))
+    return Grid.over((len(result.x), len(result.y)), len(result.x) * steps[0], len(result.y) * steps[1],
+                     float(result.y.mean()), float(result.x.mean()))

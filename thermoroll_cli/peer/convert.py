@@ -212,10 +212,7 @@ def _contact(case: DeckCase, deck: Path, before: Before | None, content: Content
     length, along_2, across_2, least, place = _shape(case)
     content["geometry"] = {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 0.5 / along_2}
     if length:
-        _leave_out(
-            (digits["N"] == 0, "N = 0: a line contact has no approach"),
-            (steps, f"T = {digits['T']}: a line contact over time"),
-        )
+        _leave_out((digits["N"] == 0, "N = 0: a line contact has no approach"))
         load["normal_N_mm"] = motion["FN"] / length
     else:
         content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across_2}
@@ -241,6 +238,8 @@ def _contact(case: DeckCase, deck: Path, before: Before | None, content: Content
         _motion(case, axes, distance, content)
     if steps:
         _history(case, distance, before, content)
+        if length:
+            content["history"]["length_mm"] = length
     return axes
 
 

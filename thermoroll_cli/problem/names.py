@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import BODIES, Problem
 
 Scale = Literal["value", "share", "stick area", "force", "moment", "temperature", "creepage", "spin", "mismatch",
@@ -114,7 +115,7 @@ class Quantity:
 
 UNITS = {
     "creepage_s": "", "_rad_s": "rad/s", "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm",
-    "_W_mm": "W/mm", "_mm2_m": "mm²/m",
+    "_W_mm": "W/mm", "_J_mm": "J/mm", "_mm2_m": "mm²/m",
     "_mrad_s": "mrad/s", "_um_GPa": "µm/GPa", "_MPa_um": "MPa/µm",
     "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³",
     "_kg_m": "kg/m", "_kg": "kg", "_cm3": "cm³", "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)",
@@ -497,11 +498,11 @@ ACROSS = ("approach_um", "spin_moment_Nmm", "contact_y_mm", "spin_moment_at_cont
 
 
 def _of_length(name: str) -> str:
-    """The name of a scalar of a line contact, per mm of length if it is a force, a power, an area or a volume; "" if it has
-    none."""
+    """The name of a scalar of a line contact, per mm of length if it is a force, a power, an energy, an area or a volume; "" if
+    it has none."""
     if name in ACROSS:
         return ""
-    ends = {"_area_mm2": "_width_mm", "_mm3_m": "_mm2_m", "_Nmm": "_N", "_N": "_N_mm", "_W": "_W_mm"}
+    ends = {"_area_mm2": "_width_mm", "_mm3_m": "_mm2_m", "_Nmm": "_N", "_N": "_N_mm", "_W": "_W_mm", "_J": "_J_mm"}
     end = next((end for end in ends if name.endswith(end)), "")
     return name.removesuffix(end) + ends.get(end, "")
 
@@ -547,14 +548,15 @@ HISTORY_SCALARS = _named(
 )  # fmt: skip
 """Scalars of a contact over time besides those of its state."""
 
-PER_LENGTH = {name: of_length for declared in (SCALARS, PROBLEM_SCALARS) for name in declared
+PER_LENGTH = {name: of_length for declared in (SCALARS, PROBLEM_SCALARS, HISTORY_SCALARS) for name in declared
               if (of_length := _of_length(name)) not in ("", name)}
 """Scalars of which a line contact has a value per mm of length: their name → the name of that."""
 
 _OF_LINES = {of_length: replace(
     scalar, name=of_length, diagram=re.sub(r"\((N|W)\)$", r"(\1/mm)", scalar.diagram),
     meaning=scalar.meaning.replace(" area", " width") if "_width" in of_length else f"{scalar.meaning}, per length")
-    for declared in (SCALARS, PROBLEM_SCALARS) for name, scalar in declared.items() if (of_length := PER_LENGTH.get(name, ""))}
+    for declared in (SCALARS, PROBLEM_SCALARS, HISTORY_SCALARS) for name, scalar in declared.items()
+    if (of_length := PER_LENGTH.get(name, ""))}
 
 LINE_SCALARS, LINE_PROBLEM_SCALARS = (
     _named(*(_OF_LINES.get(of_length, scalar) for name, scalar in declared.items() if (of_length := _of_length(name))))
@@ -566,8 +568,12 @@ ALL_SCALARS = _named(*(each for name, scalar in (SCALARS | HISTORY_SCALARS | PRO
                      ) | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS
 
 
-def per_length(scalars: Mapping[str, float]) -> dict[str, float]:
-    """The `scalars` of a line contact, per m of length under the names of others, under its own names per mm."""
+Numbers = TypeVar("Numbers", float, Array)
+
+
+def per_length(scalars: Mapping[str, Numbers]) -> dict[str, Numbers]:
+    """The `scalars` of a line contact, numbers or columns, per m of length under the names of others, under its own names per
+    mm."""
     known = {name: PER_LENGTH.get(name, name) for name in scalars}
     return {of: scalars[name] * (1.0 if of == name else 1e-3) for name, of in known.items() if of not in ACROSS}
 

@@ -301,7 +301,8 @@ class Problem:
     - `numerics`: elements per side or accuracy (`Numerics`);
     - `title`: of tables and pictures;
     - `interlayer`: the third body between the surfaces (`Interlayer`);
-    - `subsurface`, `wear`: requests beyond the contact (`SubsurfaceRequest`, `Wear`), None without.
+    - `subsurface`, `wear`: requests beyond the contact (`SubsurfaceRequest`, `Wear`), None without;
+    - `length`: of a line contact over time in m: displacements grow with its logarithm. Steady states do not know it (inf).
 
     `solve` raises ValueError for a problem that has no steady state.
     """
@@ -320,6 +321,7 @@ class Problem:
     wear: Wear | None = None
     approach: float | None = None
     vertical: float | None = None
+    length: float = math.inf
 
     @property
     def load_is_given(self) -> bool:

@@ -76,14 +76,16 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     )
 
 
+def state_of_line(state: State) -> State:
+    """The `state` of a line contact as it is reported."""
+    fields = {name: values[:, 0] for name, values in state.fields.items()}
+    return State(fields, per_length(state.scalars), state.x, np.zeros(0))
+
+
 def of_line(result: Result) -> Result:
     """The `result` of a line contact as it is reported: its scalars per mm of length, its fields over x alone."""
-
-    def state(of: State) -> State:
-        return State({name: values[:, 0] for name, values in of.fields.items()}, per_length(of.scalars), of.x, np.zeros(0))
-
-    coupled = state(result.coupled)
-    isothermal = coupled if result.isothermal is result.coupled else state(result.isothermal)
+    coupled = state_of_line(result.coupled)
+    isothermal = coupled if result.isothermal is result.coupled else state_of_line(result.isothermal)
     below = result.subsurface
     if below is not None:
         # The only plane has all there is.

@@ -122,8 +122,10 @@ class Newton:
 
     @cached_property
     def rho(self) -> AnyArray:
-        """ρ in Pa, (n, m)."""
-        return np.asarray(self.options.relaxation / self.self_compliance.mean(axis=0))
+        """ρ in Pa, (n, m). Over time a part of the slip is a displacement, which all elements of a row cause: with the
+        compliance of a single one elements would change from one direction of slip to the other."""
+        beside = max(int(self.contact.sum(axis=0).max()) - 1, 0)
+        return np.asarray(self.options.relaxation / (self.self_compliance.mean(axis=0) + beside * self.gradient.remembered))
 
     @cached_property
     def free(self) -> tuple[int, ...]:

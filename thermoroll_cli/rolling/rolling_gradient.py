@@ -240,6 +240,13 @@ class RollingGradient:
         step.self_gradient = step._response([table[:, 0] for table in self._near])
         return step
 
+    @property
+    def remembered(self) -> float:
+        """c u of an element by its own traction, mean of both directions, in 1/Pa: the part of a step over time that is no
+        gradient."""
+        own = DIFFERENCE_OFFSETS.index(0)
+        return self.rate * float(np.mean([table[own, 0] for table in self._near[:2]]))
+
     @cached_property
     def _shear(self) -> FreeShear | MirroredShear:
         coupled = self.compliance.coupled

@@ -69,7 +69,7 @@ class DerivedQuantities:
         lower, upper = self.problem.lower.surface, self.problem.upper.surface
         of_surfaces = ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio),
                                          interlayer=self.problem.interlayer.compliance)
-        return replace(of_surfaces, coatings=self.coatings, relaxing=self.relaxing)
+        return replace(of_surfaces, coatings=self.coatings, relaxing=self.relaxing, length=self.problem.length)
 
     @cached_property
     def coupling_constant(self) -> float:
