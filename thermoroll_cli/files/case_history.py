@@ -49,7 +49,7 @@ class HistoryTable(Table):
         default=None, max_length=1000,
         description='The steady state (default), "pressed": no tractions yet (default at speed 0), or the result file FILE.h5')
     length_mm: float | None = Field(
-        default=None, gt=0, le=1e9, description="Length of a line contact: its displacements grow with the logarithm of it")
+        default=None, ge=1e-9, le=1e9, description="Length of a line contact: its displacements grow with the logarithm of it")
     values: Annotated[dict[str, list[float]], Allowed("lists of numbers by key, one for each place")] = Field(
         default={}, description=f"Values at the places, linear between them, of {', '.join(VARIED)}")
 

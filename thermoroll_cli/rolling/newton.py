@@ -124,8 +124,12 @@ class Newton:
     def rho(self) -> AnyArray:
         """ρ in Pa, (n, m). Over time a part of the slip is a displacement, which all elements of a row cause: with the
         compliance of a single one elements would change from one direction of slip to the other."""
-        beside = max(int(self.contact.sum(axis=0).max()) - 1, 0)
-        return np.asarray(self.options.relaxation / (self.self_compliance.mean(axis=0) + beside * self.gradient.remembered))
+        return np.asarray(self.options.relaxation / (self.self_compliance.mean(axis=0) + self._beside))
+
+    @property
+    def _beside(self) -> float:
+        """What the other elements of a row add to the compliance of each, in 1/Pa."""
+        return max(int(self.contact.sum(axis=0).max()) - 1, 0) * self.gradient.remembered
 
     @cached_property
     def free(self) -> tuple[int, ...]:
@@ -154,7 +158,8 @@ class Newton:
 
     @cached_property
     def reference(self) -> float:
-        """2-norm of the expected tractions: the bound, or those of the creepage in full stick if that is less."""
+        """2-norm of the expected tractions: the bound, or those of the creepage in full stick if that is less. Slip counts by
+        the compliance of single elements."""
         problem = self.problem
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
         force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
@@ -162,7 +167,7 @@ class Newton:
         if friction is not None and not self.free:  # a slip is known, which is about this one
             bound = bound * friction.expected(rigid)
         expected = np.minimum(bound, STICK_TRACTION * rigid / self._element + force_traction)
-        return float(np.linalg.norm(expected)) or 1.0
+        return float(np.linalg.norm(expected)) * self._element / (self._element + self._beside) or 1.0
 
     @cached_property
     def creepage_unit(self) -> float:
