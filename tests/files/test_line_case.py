@@ -191,7 +191,7 @@ def refused(content: dict[str, Any]) -> set[str]:
       "thermal": {"peclet": "sliding"}}, "thermal.peclet"),
     ({"material": {"conductivity_W_mK": 50.0, "expansion_um_mK": 11.0, "diffusivity_mm2_s": 12.0},
       "creepage": {"longitudinal": 2.0}}, "creepage.longitudinal"),
-    ({"history": {"distance_mm": [0, 1], "values": {"creepage.longitudinal": [0.0, 1e-4]}}}, "history"),
+    ({"history": {"distance_mm": [0, 1], "values": {"creepage.longitudinal": [0.0, 1e-4]}}}, "history.length_mm"),
 ])
 def test_keys_that_do_not_go_with_a_line(tables: dict[str, Any], key: str) -> None:
     assert key in refused(gears(**tables))

@@ -126,7 +126,8 @@ def test_heat_builds_up_to_the_steady_one() -> None:
     for body in ("lower", "upper"):
         assert last.reported.scalars[f"temperature_rise_max_{body}_K"] == pytest.approx(
             steady[f"temperature_rise_max_{body}_K"], rel=1e-3)
-    assert last.reported.scalars["thermal_displacement_max_um"] == pytest.approx(steady["thermal_displacement_max_um"], rel=0.02)
+    expansion = "thermal_displacement_max_um"
+    assert last.reported.scalars[expansion] == pytest.approx(steady[expansion], rel=0.02)
 
 
 CASE: dict[str, Any] = {
@@ -150,8 +151,8 @@ def test_a_case_writes_rows_fields_and_pictures(tmp_path: Path) -> None:
     assert animated.returncode == 0 and list((tmp_path / "out").glob("*.gif")), animated.stderr
     assert (tmp_path / "out" / "teeth_history.png").exists()
     # Another case goes on from its end.
-    content = {**CASE, "history": {**CASE["history"], "begin": str(tmp_path / "out" / "teeth.h5"), "steps": 2, "fields_every": 0,
-                                   "values": {FORCE: [0.5, 0.6]}}}
+    further = {"begin": str(tmp_path / "out" / "teeth.h5"), "steps": 2, "fields_every": 0, "values": {FORCE: [0.5, 0.6]}}
+    content = {**CASE, "history": {**CASE["history"], **further}}
     (tmp_path / "next.toml").write_text(Case.from_dict(content).to_toml())
     done = call("run", "next.toml", "-o", "out", "--no-plots", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -97,7 +97,7 @@ class HistorySolver:
         assert level is not None
         found = level.result()
         if accuracy is not None and (missed := _missed(found, history)):
-            tried = ' × '.join(map(str, found.work['grid']))
+            tried = " × ".join(map(str, found.work["grid"]))
             reason = (f"accuracy {accuracy:g} not reached on the finest grid tried, {tried} elements: "
                       f"{', '.join(missed)}; ask for more than {accuracy:g} or for others in numerics.accuracy_of, or set "
                       "numerics.grid and history.steps")
