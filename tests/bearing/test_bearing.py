@@ -45,9 +45,10 @@ def contact(result: Result, name: str) -> Result:
     return next(each for each in result.contacts if each.name == name)
 
 
-FEW = {"bearing__balls": 3, "bearing__load__axial_N": 3000.0, "load__friction_coefficient": 0.1, "numerics__grid": 12}
+FEW = {"bearing__balls": 3, "bearing__load__axial_N": 3000.0, "bearing__inner_rpm": 1e3, "load__friction_coefficient": 0.05,
+       "numerics__grid": 12}  # fmt: skip
 """Three balls under thrust."""
-COMBINED = FEW | {"bearing__inner_rpm": 1e3, "bearing__load__radial_N": 600.0}
+COMBINED = FEW | {"bearing__load__radial_N": 600.0, "load__friction_coefficient": 0.1}
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +151,7 @@ def test_axes_follow_from_the_balance_of_tractions(friction: float, torque: floa
 
 
 def test_contacts_are_those_of_the_same_contact_alone() -> None:
-    content = case(**FEW | {"numerics__grid": 8}, subsurface__layers=6, strength__lower__shear_yield_MPa=900.0)
+    content = case(**FEW, subsurface__layers=6, strength__lower__shear_yield_MPa=900.0)
     content["material"] |= {"conductivity_W_mK": 46.0, "expansion_um_mK": 11.7, "diffusivity_mm2_s": 12.5}
     result = solve(content)
     own = contact(result, "ball_1_inner")
@@ -160,7 +161,7 @@ def test_contacts_are_those_of_the_same_contact_alone() -> None:
 
 
 def test_turning_and_thrust_the_other_way_are_mirror_images(thrust: Result) -> None:
-    other = solve(case(**FEW | {"bearing__load__axial_N": -3000.0, "bearing__inner_rpm": -1e4}))
+    other = solve(case(**FEW | {"bearing__load__axial_N": -3000.0, "bearing__inner_rpm": -1e3}))
     assert other["cage_speed_rad_s"] == pytest.approx(-thrust["cage_speed_rad_s"], rel=1e-4)
     assert other["axial_displacement_um"] == pytest.approx(-thrust["axial_displacement_um"], rel=1e-5)
     assert other["torque_Nmm"] == pytest.approx(thrust["torque_Nmm"], rel=1e-3)
@@ -181,7 +182,7 @@ def test_twice_the_balls_and_the_lengths_with_eight_times_the_thrust_of_the_same
     """Under thrust every ball is alike. Twice the lengths, four times the loads and half of the speed have the same strains,
     angles, and creepages, and eight times the torque of each ball."""
     large = solve(case(**FEW | {"bearing__ball_diameter_mm": 44.45, "bearing__pitch_diameter_mm": 250.52, "bearing__balls": 6,
-                                "bearing__load__axial_N": 24000.0, "bearing__inner_rpm": 5e3}))
+                                "bearing__load__axial_N": 24000.0, "bearing__inner_rpm": 5e2}))
     assert thrust.converged and large.converged
     assert large["torque_Nmm"] == pytest.approx(16.0 * thrust["torque_Nmm"], rel=1e-4)
     for name in ("spin_to_roll", "contact_angle_deg", "ball_pitch_deg"):
@@ -221,7 +222,7 @@ def test_a_common_cage_has_one_speed_and_its_pockets_carry_nothing_together(comb
     assert common["torque_from_forces_Nmm"] == pytest.approx(common["torque_Nmm"], rel=2e-3)
     assert common.uncertainty["cage_speed_rad_s"] > 0.0
     # Each of two kinds of balls takes about as many solutions as a ball alone.
-    assert common.work["contact_solves"] <= 160
+    assert common.work["contact_solves"] <= 100
 
 
 def test_little_friction_slides_and_much_sticks() -> None:
@@ -229,7 +230,7 @@ def test_little_friction_slides_and_much_sticks() -> None:
     all over, 3/8 μ Q b E(e) by integration of Hertz's pressure; as it rises, contacts stick and forces tend to a limit."""
     def moment(friction: float) -> tuple[float, float]:
         result = solve(case(**FEW | {"load__friction_coefficient": friction}, bearing__control="outer",
-                            bearing__inner_rpm=10.0, bearing__patches="plane"))
+                            bearing__patches="plane"))
         inner = contact(result, "ball_1_inner")
         a, b = semi_axes(case(**FEW), inner)
         slides = 0.375e3 * friction * inner.record["normal_N"] * b * float(ellipe(1.0 - (a / b) ** 2))
