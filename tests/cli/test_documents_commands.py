@@ -122,9 +122,9 @@ def session(block: str) -> Iterator[tuple[str, str]]:
 
 
 def test_readme_and_recipes(place: Path) -> None:
-    """The README's minute is among the commands, which run as printed. A drift that is there is found by the recipe for CI."""
+    """The README's minute is among the commands, which run as printed."""
     (minute,) = blocks("README", "sh")
-    commands, *_, recipes = (smaller(block) for block in blocks("commands", "sh"))
+    (commands,) = (smaller(block) for block in blocks("commands", "sh"))
     assert minute.splitlines()[0] in commands and smaller(minute.splitlines()[1].split("#")[0]) in commands
     run(commands, place)
     (lines,) = blocks("README", "python")
@@ -138,13 +138,32 @@ def test_readme_and_recipes(place: Path) -> None:
         assert (place / name).exists(), name
     assert (place / "case.schema.json").read_text().startswith("{")
     assert (place / "creep" / "sweep.csv").read_text().count("\n") == 1 + 2
-    run(recipes, place)
+
+
+def test_scripts_and_ci(place: Path) -> None:
+    """The workflow has the commands of the page, and finds a drift that is there."""
+    recipe, scripts = (smaller(block) for block in blocks("ci", "sh"))
+    run(recipe, place)
+    run(scripts, place)
     assert (place / "speeds.jsonl").read_text().count("\n") == 1
     assert (place / "speeds" / "sweep.png").exists()
-    again, compared = (shlex.split(line)[1:] for line in recipes.splitlines()[-2:])
+    (workflow,) = blocks("ci", "yaml")
+    validate, again, compared = (shlex.split(line) for line in re.findall(r"- run: thermoroll (.*)", workflow))
+    assert call(*validate, cwd=place).returncode == 0
     assert call(*again, "--set", "load.friction_coefficient=0.31", cwd=place).returncode == 0
     done = call(*compared, cwd=place)
     assert (done.returncode, "outside" in done.stdout) == (6, True)
+
+
+def test_an_input_file_of_contact(place: Path) -> None:
+    """The force that the page prints is that of the file which it shows."""
+    (command,), (deck,) = blocks("import", "sh"), blocks("import", "text")
+    (place / "braking.inp").write_text(deck, encoding="utf-8")
+    printed = call(*shlex.split(command)[1:], cwd=place).stdout
+    along, across = (float(value) for value in re.search(r"force \[(\S+), (\S+),", printed).groups())
+    shown = re.search(r"(\S+) kN along and\n(\S+) kN across", page("import")).groups()
+    assert (f"{1e-3 * along:.1f}", f"{1e-3 * across:.1f}".replace("-", "−")) == shown
+    assert (place / "imported" / "braking_1.h5").exists()
 
 
 def test_tutorial(place: Path) -> None:
