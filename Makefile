@@ -62,6 +62,8 @@ bench: install
 		echo "tamaas and ContactMechanics cannot be installed here: measured without them" >&2
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.benchmark.bench $(if $(CONTACT),--contact '$(CONTACT)') \
 		$$(test -x $(PEERS)/bin/tamaas && echo --peers $(PEERS)/bin/python)
+	$(if $(CONTACT),OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.peers "$$(dirname "$$(dirname '$(CONTACT)')")" \
+		--contact '$(CONTACT)' --write)
 
 $(VENV)/bin/python:
 	@test -n "$(PYTHON)" || { echo "thermoroll needs Python 3.11 or newer, and found none." \

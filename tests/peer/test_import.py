@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scripts.peers import Halved
 from tests.support.command_line import call
 from tests.support.wheelsets import FOLDER, case_named, outline_points
 from thermoroll_cli.cli.import_command import imported, solved
 from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.case_source import Override
-from thermoroll_cli.peer.deck import read_deck
+from thermoroll_cli.peer.deck import cases_in, read_deck
 from thermoroll_cli.peer.reference import reference_forces
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.wheelset.placement import RailSide
@@ -173,6 +174,19 @@ def test_a_third_body_hardens(tmp_path: Path) -> None:
     assert case is not None
     layer = case.problem.interlayer
     assert [layer.compliance, layer.yield_stress, layer.hardening] == pytest.approx([0.02e-3 / 820e6, 60e6, -1e12])
+
+
+def test_the_suite_is_run_on_halved_elements(tmp_path: Path) -> None:
+    """`scripts.peers --halved`: elements and, in steady rolling, the distance of a step; all else stays."""
+    text = FIRST.format(chi="0.0") + SECOND + END
+    lines = Halved("deck.inp", text.splitlines())
+    before, after = read_deck(deck_of(tmp_path, text)), list(cases_in(lines))
+    halved = read_deck(deck_of(tmp_path, "\n".join(lines.lines)))
+    assert [each.values for each in after] == [each.values for each in before]
+    for one, other in zip(before, halved, strict=True):
+        assert {**one.values["area"], "MX": 120, "MY": 120, "DX": 0.1, "DY": 0.25} == other.values["area"]
+        assert {**one.values["rolling"], "DQ": 0.1} == other.values["rolling"]
+        assert one.values["motion"] == other.values["motion"]
 
 
 def test_bodies_that_relax_at_once_are_the_relaxed_ones(tmp_path: Path) -> None:

@@ -45,10 +45,10 @@ class DeckCase:
 def read_deck(path: Path) -> list[DeckCase]:
     """All cases of the input file at `path`. Raises CaseError with the line where it cannot be read, OSError."""
     text = read_bytes(path, LARGEST, "an input file of CONTACT").decode("utf-8", errors="replace")
-    return list(_cases(_Lines(str(path), text.splitlines())))
+    return list(cases_in(Lines(str(path), text.splitlines())))
 
 
-class _Lines:
+class Lines:
     """Lines of a file, read as CONTACT does: words apart from `%` and what follows, with commas and `=` as blanks."""
 
     def __init__(self, name: str, lines: Sequence[str]) -> None:
@@ -130,7 +130,8 @@ def _value(word: str, kind: str) -> Any:
     return value if kind == "i" else math.radians(value) if degrees else value if math.isfinite(value) else None
 
 
-def _cases(lines: _Lines) -> Iterator[DeckCase]:
+def cases_in(lines: Lines) -> Iterator[DeckCase]:
+    """All cases of the lines of an input file. Raises CaseError."""
     kept: dict[tuple[int, int, int], dict[str, Any]] = {}
     number = 0
     while True:
@@ -150,7 +151,7 @@ def _cases(lines: _Lines) -> Iterator[DeckCase]:
                 break
 
 
-def _digits(lines: _Lines, module: int) -> dict[str, int]:
+def _digits(lines: Lines, module: int) -> dict[str, int]:
     found: dict[str, int] = {}
     for row in (DIGITS[module], "V L D C M Z E", "X H G I A O W R"):
         names = row.split()
@@ -165,7 +166,7 @@ def _digits(lines: _Lines, module: int) -> dict[str, int]:
     return found
 
 
-def _settings(lines: _Lines, digits: dict[str, int]) -> None:
+def _settings(lines: Lines, digits: dict[str, int]) -> None:
     """Settings of CONTACT's solvers, which say nothing about the problem."""
     if digits["G"] != 1:
         lines.read("MAXGS MAXIN MAXNR MAXOUT EPS NPOT", "iiiidI")
@@ -178,7 +179,7 @@ def _settings(lines: _Lines, digits: dict[str, int]) -> None:
             lines.read(names, kinds)
 
 
-def _friction(lines: _Lines, digits: dict[str, int], values: dict[str, Any], rows: int = 1) -> None:
+def _friction(lines: Lines, digits: dict[str, int], values: dict[str, Any], rows: int = 1) -> None:
     law, varies = digits["L"], digits["V"]
     if law not in FRICTION:
         raise lines.fault(f"L = {law} is no friction law", allowed="0, 1, 2, 3, 4 or 6")
@@ -192,7 +193,7 @@ def _friction(lines: _Lines, digits: dict[str, int], values: dict[str, Any], row
     values["memory"] = lines.read("MEMDST MEM_S0", "dd") if law else {"MEMDST": 0.0, "MEM_S0": 1.0}
 
 
-def _material(lines: _Lines, digits: dict[str, int], values: dict[str, Any], module: int) -> None:
+def _material(lines: Lines, digits: dict[str, int], values: dict[str, Any], module: int) -> None:
     if digits["C"] == 4:
         inclined = lines.read("IF_METH IF_VER NN", "iii" if module == 3 else "iiI")
         if module == 3:
@@ -209,7 +210,7 @@ def _material(lines: _Lines, digits: dict[str, int], values: dict[str, Any], mod
     values["material"], values["influence"] = read, digits["C"]
 
 
-def _damping_and_heat(lines: _Lines, digits: dict[str, int], values: dict[str, Any]) -> None:
+def _damping_and_heat(lines: Lines, digits: dict[str, int], values: dict[str, Any]) -> None:
     if digits["M2"] >= 2:
         values["damping"] = lines.read("CDAMPN CDAMPT DFNMAX DFTMAX", "dddd")
     if digits["H"] == 3:
@@ -218,7 +219,7 @@ def _damping_and_heat(lines: _Lines, digits: dict[str, int], values: dict[str, A
             lines.read("BETAPL", "d")
 
 
-def _one_contact(lines: _Lines, digits: dict[str, int], values: dict[str, Any]) -> None:
+def _one_contact(lines: Lines, digits: dict[str, int], values: dict[str, Any]) -> None:
     _settings(lines, digits)
     values["motion"] = lines.read("FN FX FY CPHI SPINXO SPINYO", "ddddDD", "FN, CKSI or FX, CETA or FY, CPHI")
     if digits["L"] != 1 and digits["V"] == 0:
@@ -243,7 +244,7 @@ def _one_contact(lines: _Lines, digits: dict[str, int], values: dict[str, Any]) 
     _stresses(lines, digits)
 
 
-def _shape(lines: _Lines, area: dict[str, Any]) -> dict[str, Any]:
+def _shape(lines: Lines, area: dict[str, Any]) -> dict[str, Any]:
     shape: dict[str, Any] = lines.read("IBASE IPLAN", "ii")
     if shape["IBASE"] == 2:
         shape |= lines.read("NN XM RM Y1 DY1", "idddd")
@@ -262,7 +263,7 @@ def _shape(lines: _Lines, area: dict[str, Any]) -> dict[str, Any]:
     return shape
 
 
-def _stresses(lines: _Lines, digits: dict[str, int]) -> None:
+def _stresses(lines: Lines, digits: dict[str, int]) -> None:
     """Points below the surface; where they lie does not matter here."""
     if digits["S"] >= 2:
         lines.read("MATFIL OUTPUT", "ii")
@@ -286,7 +287,7 @@ def _stresses(lines: _Lines, digits: dict[str, int]) -> None:
             raise lines.fault(f"ISUBS = {kind} is unknown", allowed="0, 1, 2, 3, 5, 6, 7 or 9")
 
 
-def _wheel_on_rail(lines: _Lines, digits: dict[str, int], values: dict[str, Any]) -> None:
+def _wheel_on_rail(lines: Lines, digits: dict[str, int], values: dict[str, Any]) -> None:
     _settings(lines, digits)
     if digits["L"] != 1:
         _friction(lines, digits, values)
@@ -326,7 +327,7 @@ def _wheel_on_rail(lines: _Lines, digits: dict[str, int], values: dict[str, Any]
     _stresses(lines, digits)
 
 
-def _profile(lines: _Lines, which: str) -> dict[str, Any]:
+def _profile(lines: Lines, which: str) -> dict[str, Any]:
     found = lines.read("NAME MIRRORY SCALE SMOOTH MIRRORZ PRFOPT", "siddII", f"the file of the {which}'s profile")
     found |= {"LINE": lines.number, "ISMOOTH": 0}
     if found.get("PRFOPT", 0) >= 1:
