@@ -88,6 +88,19 @@ def test_other_rows_have_the_same_worn_area() -> None:
     assert rows.covering(-9.0, 9.0).ends == pytest.approx((-2.3, 1.9), rel=1e-12)
 
 
+@pytest.mark.parametrize("grid", [14, 26])
+def test_an_evolution_goes_on_with_another_grid(grid: int) -> None:
+    """Worn depths of other rows have the same area, and no stairs that the pressure would show."""
+    problem = replace(TWIN_DISC, numerics=Numerics((20, 20)))
+    states = list(evolution(problem))
+    middle = replace(states[len(states) // 2], result=None)
+    *_, last = evolution(replace(problem, numerics=Numerics((grid, grid))), middle)
+    assert last.result is not None and last.result.problem.numerics.grid[0] == grid  # type: ignore[index]
+    assert last.distance == pytest.approx(states[-1].distance, rel=5e-3)
+    assert last.worn_area("upper") == pytest.approx(RATE * LOAD * CREEPAGE * last.distance, rel=1e-4)
+    assert last.result["pressure_max_MPa"] == pytest.approx(states[-1].result["pressure_max_MPa"], rel=1e-2)  # type: ignore[index]
+
+
 def test_a_symmetric_crown_stays_symmetric() -> None:
     """Half of the contact stands for all of it as long as the profiles are their own mirror images."""
     sliding_in_part = replace(TWIN_DISC, motion=replace(TWIN_DISC.motion, creepage_x=2e-3))

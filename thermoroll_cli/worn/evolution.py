@@ -89,7 +89,8 @@ def worn_geometry(geometry: Geometry, rows: FixedRows, worn: Mapping[str, Array]
 
 
 def evolution(problem: Problem, start: ContactState | None = None, *, threads: int = 1) -> Iterator[ContactState]:
-    """The states of the evolution that `problem.wear` describes, each with its result, from the unworn profiles or `start`.
+    """The states of the evolution that `problem.wear` describes, each with its result, from the unworn profiles or `start`,
+    which may have had another grid.
 
     It ends where the distance is rolled or the depth is worn, where nothing slips, and after a result that did not converge.
     A given approach keeps the distance of the axles, so that the load falls; the evolution also ends where little load is left.
@@ -105,15 +106,25 @@ def evolution(problem: Problem, start: ContactState | None = None, *, threads: i
         worn, state = _followed(problem, state)
         return _solved(problem, state, solver.solve(worn))
 
+    grid = problem.numerics.grid
+    if grid is None:
+        result = solver.solve(problem)
+        grid = len(result.x), len(result.y)
+    rows = FixedRows.over(*_across(problem), planar(problem).limits, grid[1])
     if start is None:
-        grid = problem.numerics.grid
-        if grid is None:
-            result = solver.solve(problem)
-            grid = len(result.x), len(result.y)
-        rows = FixedRows.over(*_across(problem), planar(problem).limits, grid[1])
         start = ContactState.unworn(dict.fromkeys(BODIES, rows.count), dict.fromkeys(BODIES, rows.size), rows=rows, domain=rows,
                                     grid=grid)
+    elif start.grid != grid:
+        start = _regridded(start, rows, grid)
     return steps_of(wear, start, solved, lambda state: _columns(problem, wear, state))
+
+
+def _regridded(state: ContactState, rows: FixedRows, grid: tuple[int, int]) -> ContactState:
+    """`state` for another grid, whose unworn contact has these `rows`."""
+    domain = rows.covering(*state.domain.ends)
+    while domain.count >= MOST_ROWS * grid[1]:
+        domain = domain.coarser()
+    return replace(state.on(domain.joined(domain.covering(*state.rows.ends))), domain=domain, grid=grid)
 
 
 def _solved(problem: Problem, state: ContactState, result: Result) -> ContactState:

@@ -87,7 +87,7 @@ def wear(
 
     - `case`: as of `solve`, with the table `[wear]`;
     - `folder`: receives the files of the command but for pictures, and is made if necessary; without it nothing is kept;
-    - `resume`: goes on from the steps in `folder`, those of a wheelset also with other `[numerics]`;
+    - `resume`: goes on from the steps in `folder`, also with other `[numerics]`;
     - `jobs`: processes that share the positions of a wheelset (a script then needs `if __name__ == "__main__":`);
     - `threads`: as of `solve`;
     - `report`: called with the number of each step and its row as soon as it is solved;
@@ -107,9 +107,8 @@ def wear(
         with contextlib.ExitStack() as stack:
             place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
             place.mkdir(parents=True, exist_ok=True)
-            # Worn outlines of a wheelset lie on rows of their own, so that any grid goes on with them.
-            content = json.loads(case.to_json())
-            content = {key: value for key, value in content.items() if not (positions and key == "numerics")}
+            # Worn depths lie on rows of their own, so that any grid goes on with them.
+            content = {key: value for key, value in json.loads(case.to_json()).items() if key != "numerics"}
             journal = stack.enter_context(Journal(place / f"{case.name}_wear.jsonl",
                                                   {"kind": "wear", "layout": LAYOUT, "case": content}, resume=resume))
             state: WearState | None = None

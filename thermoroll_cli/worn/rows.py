@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import Profile, Surface
@@ -90,9 +91,10 @@ class FixedRows:
         return wide.covering(*self.ends)
 
     def averages(self, edges: Array, values: Array) -> Array:
-        """`values` between `edges` (m), averages over whatever there is, as averages over the rows: their area is kept."""
-        area = np.concatenate([[0.0], np.cumsum(values * np.diff(edges))])
-        return np.asarray(np.diff(np.interp(self.edges, edges, area)) / self.size)
+        """`values` between `edges` (m), averages over whatever there is, as averages over the rows: their area is kept. Between
+        edges it is a monotonous spline, for narrower rows must not make stairs of wider ones."""
+        area = PchipInterpolator(edges, np.concatenate([[0.0], np.cumsum(values * np.diff(edges))]))
+        return np.asarray(np.diff(area(np.clip(self.edges, edges[0], edges[-1]))) / self.size)
 
 
 def worn_profile(surface: Surface, profile: Profile | None, rows: FixedRows, depth: Array) -> Profile:
