@@ -155,9 +155,9 @@ ODD: list[tuple[bool, dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("normalised", "options"), [
-    *ODD,
+    *ODD[1:3],
     *(pytest.param(False, options, marks=pytest.mark.slow)
-      for options in ({}, {"aspect": 2.5, "upper_heating": -0.8}, {"aspect": 4.5, "size": 0.15})),
+      for options in (ODD[0][1], ODD[3][1], {}, {"aspect": 2.5, "upper_heating": -0.8}, {"aspect": 4.5, "size": 0.15})),
 ])  # fmt: skip
 def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[str, Any]) -> None:
     result = synthetic.result(**{"shape": (16, 16), **options})

@@ -10,6 +10,7 @@ import pytest
 from scripts.stress.populations import POPULATIONS
 from tests.support.errors import relative
 from tests.support.profiles import CROWN, GEOMETRIES, below
+from tests.support.sampling import sampled
 from tests.support.scenes import article_4_1, elastic, rolling
 from thermoroll_cli import Case, CaseError
 from thermoroll_cli.exact.hertz import hertz_contact
@@ -49,7 +50,7 @@ PROBLEMS = {
 }
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", sampled(PROBLEMS))
 def test_the_load_of_an_approach_is_the_one_that_caused_it(name):
     """Within the errors of both, for their domains may differ: heat counts from its mean, and presses cold bodies less."""
     problem = PROBLEMS[name]

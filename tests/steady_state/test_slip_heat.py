@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.sampling import sampled
 from tests.support.scenes import elastic, order
 from tests.support.strips import CYLINDERS, carter_row, solve_cell
 from thermoroll_cli.arrays import Array
@@ -139,7 +140,7 @@ def wheel(partition: float | str, n: int) -> Problem:
         heating=replace(problem.heating, partition=partition))
 
 
-@pytest.mark.parametrize("partition", [0.5, "matched"])
+@pytest.mark.parametrize("partition", sampled(["matched", 0.5]))
 def test_hottest_point_of_a_narrow_slip_zone_is_of_second_order(partition):
     """9 elements slip at N = 64, where 1e-3 is asked for."""
     for n in (32, 64, 128):
