@@ -122,7 +122,9 @@ def test_a_force_needs_the_creepage_of_carter() -> None:
 
 
 @pytest.mark.parametrize(("friction", "force", "creepage", "pressure"), [
-    (10.0, 0.0, 0.000366, 103.8), (0.05, 0.0, 0.0004294, 103.6), (0.05, -0.75, 0.0005392, 103.3)])
+    (10.0, 0.0, 0.000366, 103.8), (0.05, 0.0, 0.0004294, 103.6), (0.05, -0.75, 0.0005392, 103.3),
+    # All slides: half of the pressure beyond both places where the slip turns, 0.404 a off the middle.
+    (1e-4, 0.0, 0.0005263, 103.15)])
 def test_aluminium_on_steel_after_bentall_and_johnson(
     friction: float, force: float, creepage: float, pressure: float
 ) -> None:
@@ -132,6 +134,7 @@ def test_aluminium_on_steel_after_bentall_and_johnson(
                              motion=Motion(1.0, None, 0.0, force_x=force * friction * load)))
     assert result.converged and abs(result["creepage_longitudinal"]) == pytest.approx(creepage, rel=0.01)
     assert result["pressure_max_MPa"] == pytest.approx(pressure, rel=0.01)
+    assert 0.0 < result.uncertainty["creepage_longitudinal"] < 0.01 * creepage
 
 
 def test_it_is_the_middle_of_a_slender_ellipse() -> None:

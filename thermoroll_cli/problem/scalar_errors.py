@@ -101,6 +101,8 @@ def mean_semi_axis(summary: Mapping[str, Any]) -> float:
     if known_as("contact_area_mm2", summary) != "contact_area_mm2":
         return _number(summary, "hertz_a_mm")
     axes = _number(summary, "hertz_a_mm") * _number(summary, "hertz_b_mm")
+    if math.isinf(axes):
+        return _number(summary, "hertz_a_mm")
     return math.sqrt(_number(summary, "contact_area_mm2") / math.pi if math.isnan(axes) else axes)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.rolling.hardening import Hardening
@@ -45,6 +46,8 @@ Start = tuple[Array, tuple[float, float]]
 Finished = tuple[Iterate, AnyArray, AnyArray, float, AnyArray]
 """The last iterate, its slip, its lost power, that lost inside the bodies, and its displacement: see `Newton.finish`."""
 
+MOST_BISECTIONS = 100
+"""Creepages tried to meet a force."""
 MOST_FRICTION_ITERATIONS = 60
 """Solutions with given coefficients of friction after which the fixed point is given up; 12 to 21 are usual."""
 FRICTION_SETTLED = 1e-5
@@ -95,6 +98,9 @@ class RollingSolver:
         history: list[float] = []
         newton, finished = self._newton(problem, starts, tolerance, history)
         settled = finished[0].norm <= 2.0 * tolerance
+        if not settled and len(problem.free) == 1 and problem.slip_friction is None:
+            newton, finished = self._between(problem, tolerance, history)
+            settled = finished[0].norm <= 2.0 * tolerance
         if not settled and problem.slip_friction is not None:
             newton, finished, settled = self._fixed_point(problem, newton, finished[0], tolerance, history)
         state, slip, lost, inside, displacement = finished
@@ -136,6 +142,39 @@ class RollingSolver:
             again = self._iterate(newton, newton.start(*_start_from(other, near)), tolerance, history)
             finished = min(finished, newton.finish(again), key=lambda each: each[0].norm)
         return newton, finished
+
+    def _between(
+        self, problem: TangentialProblem, tolerance: float, history: list[float]
+    ) -> tuple[Newton, Finished]:
+        """The creepage of one prescribed force between those at which all slides one way, and its tractions.
+
+        Where friction is so low that bodies of unlike elasticity slide nearly everywhere, in both directions, elements change
+        the direction of their slip one by one, and the force does not answer to small changes of the creepage: Newton's steps
+        have no slope. It still grows with the creepage."""
+        (i,), newton = problem.free, Newton(problem, self.gradient, self._inverse, self.options)
+        traction, wanted = np.zeros_like(problem.rigid_slip), float(newton.target[0])
+
+        def missing(creepage: float) -> float:
+            """Sum of the tractions above the one that is wanted; 0 within the tolerance, and where these are not found."""
+            nonlocal traction
+            rigid = problem.rigid_slip.copy()
+            rigid[i] += creepage
+            _, (state, *_) = self._newton(replace(problem, rigid_slip=rigid, force=(None, None)), [(traction, (0.0, 0.0))],
+                                          0.1 * tolerance, history)
+            traction = state.traction
+            above = float(traction[i].sum()) - wanted
+            close = abs(above) <= tolerance * newton.reference * newton.force_scale
+            return 0.0 if close or state.norm > tolerance else above
+
+        own, room = problem.rigid_slip[i][newton.contact], newton.count * newton.creepage_unit
+        ends = -float(own.max()) - room, -float(own.min()) + room
+        creepage = [0.0, 0.0]
+        if missing(ends[0]) * missing(ends[1]) < 0.0:
+            creepage[i] = float(scipy.optimize.brentq(
+                missing, *ends, xtol=1e-300, rtol=1e-15, maxiter=MOST_BISECTIONS, disp=False))
+            missing(creepage[i])
+        state = self._iterate(newton, newton.start(traction, (creepage[0], creepage[1])), tolerance, history)
+        return newton, newton.finish(state)
 
     def _fixed_point(
         self, problem: TangentialProblem, newton: Newton, state: Iterate, tolerance: float, history: list[float]
