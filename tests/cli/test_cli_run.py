@@ -43,6 +43,13 @@ def test_run_writes_files_and_a_table(case: Path, tmp_path: Path) -> None:
     assert stored.attributes["command_line"] == f"thermoroll run '{case}' --set numerics.grid=32"
 
 
+def test_json_can_be_the_same_byte_by_byte(case: Path, tmp_path: Path) -> None:
+    once, twice = (call("run", case, "--json", "--reproducible", "--no-plots", "-o", "o", cwd=tmp_path).stdout
+                   for _ in range(2))
+    assert once == twice
+    assert "seconds" not in strict(once)["work"] and "applications" in strict(once)["work"]
+
+
 def test_json_is_one_line_and_nothing_else(case: Path, tmp_path: Path) -> None:
     done = call("run", case, "--json", "--no-plots", "-o", "o", cwd=tmp_path)
     (line,) = done.stdout.splitlines()

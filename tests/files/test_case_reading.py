@@ -40,6 +40,13 @@ def test_units_are_converted_to_si() -> None:
     assert problem.numerics.accuracy is None
 
 
+def test_keys_are_read_by_their_names() -> None:
+    settings = Case.parse(MECHANICAL).settings
+    assert settings["load"]["normal_N"] == settings.load.normal_N
+    with pytest.raises(KeyError, match=r"normal: there are .*normal_N, "):
+        settings["load"]["normal"]
+
+
 def test_radii_keep_their_places() -> None:
     radii = ("lower_radius_x", "lower_radius_y", "upper_radius_x", "upper_radius_y")
     case = parse(MECHANICAL, *(f"geometry.{name}_mm={n}" for n, name in enumerate(radii, start=1)))

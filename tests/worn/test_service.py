@@ -11,16 +11,19 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT
 from thermoroll_cli import Case, CaseError, read_result, solve, wear
+from thermoroll_cli.plots import style
+from thermoroll_cli.plots.service_figure import draw_service
 from thermoroll_cli.steady_state.scalars import worn_per_passage
 from thermoroll_cli.tasks.journal import JournalError
 from thermoroll_cli.wheelset.curves import curve
 from thermoroll_cli.worn.follow import Evolution
 from thermoroll_cli.worn.outlines import Outline, flange
-from thermoroll_cli.worn.service import depths_of, outlines_of
+from thermoroll_cli.worn.service import depths_of, outlines_of, wearing
 
 RATE = 1e-5
 SHIFT, YAW = "wheelset.lateral_shift_mm", "wheelset.yaw_mrad"
@@ -257,3 +260,15 @@ def test_positions_are_those_of_a_wheelset() -> None:
 def test_a_wheel_beside_its_rail_is_a_reason() -> None:
     done = wear(ONE.with_values({"wear.positions": [[1.0, {SHIFT: 300.0}]]}))
     assert not done.converged and done.reason.startswith("step 0, position 1: ")
+
+
+def test_a_flange_that_does_not_wear_has_numbers_that_can_be_read(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its axis spans a thousandth of its height at least, not what rounding makes of it."""
+    figures, rows = list[Figure](), csv.DictReader((whole / "results" / "m_wear.csv").read_text().splitlines())
+    monkeypatch.setattr(style, "save", lambda figure, path, dpi: figures.append(figure))
+    new = outlines_of(wearing(BOTH))
+    draw_service(whole / "m.png", "", [{name: float(value or "nan") for name, value in row.items()} for row in rows],
+                 {name: (outline.points, outline.points) for name, outline in new.items()}, converged=True)  # fmt: skip
+    (height,) = (axes for axes in figures[0].axes if axes.get_ylabel() == "flange height (mm)")
+    low, high = height.get_ylim()
+    assert high - low >= 0.9e-3 * high > 0.0

@@ -52,6 +52,9 @@ def run(
     dpi: options.Dpi = None,
     normalised: options.Normalised = False,
     report: options.Report = False,
+    reproducible: Annotated[
+        bool, typer.Option("--reproducible", help="JSON without times of computing: byte by byte the same for the same case.")
+    ] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with contacts over time where DIR has them stopped.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -83,7 +86,8 @@ def run(
 
     def run_case(case: Case) -> int:
         to = Ending(output, as_json, options.plots_of(case, plots, no_plots), formats, dpi, report, quiet)
-        return _run_case(case, to=to, normalised=normalised, resume=resume, threads=threads, verbose=verbose)
+        return _run_case(case, to=to, normalised=normalised, resume=resume, threads=threads, verbose=verbose,
+                         reproducible=reproducible)
 
     codes = [_attempt(case, run_case, as_json=as_json) for case in valid]
     raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
@@ -106,7 +110,9 @@ def _attempt(case: Case, run_case: Callable[[Case], int], *, as_json: bool) -> i
     return ExitCode.INPUT_OUTPUT
 
 
-def _run_case(case: Case, *, to: Ending, normalised: bool, resume: bool, threads: int, verbose: bool) -> int:
+def _run_case(
+    case: Case, *, to: Ending, normalised: bool, resume: bool, threads: int, verbose: bool, reproducible: bool
+) -> int:
     task = case.task
     plan = KINDS[type(task)].plan
     progress = Progress(case.name, quiet=to.quiet, verbose=verbose,
@@ -193,9 +199,17 @@ def _run_case(case: Case, *, to: Ending, normalised: bool, resume: bool, threads
                      f"{2 * COARSEST} or more", width) if without else ()),
         ]
 
+    record = {"title": case.settings.title, **result.summary()}
     return deliver(to, case.name, case.name, write=write, draw=draw, section=section,
-                   record={"title": case.settings.title, **result.summary()}, lines=lines,
+                   record=_without_times(record) if reproducible else record, lines=lines,
                    reason=result.reason, warnings=result.warnings, drawable=drawable)
+
+
+def _without_times(part: Any) -> Any:
+    """A part of a record without processor seconds, at any depth."""
+    if isinstance(part, Mapping):
+        return {name: _without_times(value) for name, value in part.items() if name != "seconds"}
+    return list(map(_without_times, part)) if isinstance(part, list) else part
 
 
 def _write_history(result: Result, folder: Path, name: str) -> list[Path]:

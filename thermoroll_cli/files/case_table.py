@@ -88,6 +88,12 @@ class Table(BaseModel):
     # A table's validator is built when a case first has that table.
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
 
+    def __getitem__(self, key: str) -> Any:
+        """The value of a key of the case file, as its attribute: `settings["load"]["normal_N"]`. Raises KeyError."""
+        if key not in type(self).model_fields:
+            raise KeyError(f"{key}: there are {', '.join(type(self).model_fields)}")
+        return getattr(self, key)
+
     @staticmethod
     def si_unit(key: str) -> tuple[str, float]:
         """The SI unit of `key`, empty if it has none, and the factor to it from the key's own unit."""

@@ -58,6 +58,7 @@ def draw_service(
                 axis.plot(distance, values, STYLES[side], color=colour)
                 error = np.array([row.get(f"{UNCERTAINTY}{name}", np.nan) for row in rows])
                 axis.fill_between(distance, values - error, values + error, color=colour, alpha=0.15, linewidth=0.0)
+            style.not_closer_than(axis)
             axis.set_ylabel(label)
             axis.grid(visible=True)
         for prefix in curves[-1]:

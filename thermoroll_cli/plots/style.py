@@ -128,6 +128,14 @@ def readable(text: str) -> str:
     return text.replace("-", "−")
 
 
+def not_closer_than(axes: Axes, error: float = 0.0) -> None:
+    """Let the vertical axis span three times the `error` of the numbers on each side at least, and a thousandth of them:
+    smaller changes mean nothing."""
+    low, high = axes.get_ylim()
+    middle, half = 0.5 * (low + high), max(0.5 * (high - low), 3.0 * error, 5e-4 * max(abs(low), abs(high)))
+    axes.set_ylim(middle - half, middle + half)
+
+
 def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathlib.Path:
     """Write `figure` in the format of the file name's ending, complete or not at all.
 

@@ -181,11 +181,11 @@ def _draw_diagram(
     # The linear theory goes on without limit, and alone is cut off by the diagram.
     for theory, curves in sorted(theories.items(), key=lambda each: each[0] == "linear"):
         if theory == "linear":
-            _not_closer_than(axes, float(error.max(initial=0.0)))
+            style.not_closer_than(axes, float(error.max(initial=0.0)))
         for line, curve in zip(lines, curves, strict=True) if names[0] in ANY_FORCES else ():
             axes.plot(curve["place"], curve[names[0]], color=line.colour, linestyle=THEORY_LOOKS[theory], linewidth=0.9)
             handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
-    _not_closer_than(axes, float(error.max(initial=0.0)))
+    style.not_closer_than(axes, float(error.max(initial=0.0)))
     if names[0] == "gamma_st":
         low, high = axes.get_ylim()
         axes.set_ylim(max(low, -0.05), min(high, 1.05))
@@ -276,13 +276,6 @@ def _few_decades(axis: Axis, values: Column) -> None:
     axis.set_major_locator(LogLocator(subs=steps, numticks=7))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
-
-
-def _not_closer_than(axes: Axes, error: float) -> None:
-    """Let the vertical axis span three times the error of the numbers on each side at least: smaller changes mean nothing."""
-    low, high = axes.get_ylim()
-    middle, half = 0.5 * (low + high), max(0.5 * (high - low), 3.0 * error, 5e-4 * max(abs(low), abs(high)))
-    axes.set_ylim(middle - half, middle + half)
 
 
 def numbers(values: Sequence[Any]) -> Column:
