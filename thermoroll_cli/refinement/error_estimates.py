@@ -76,6 +76,8 @@ UNEVEN: dict[Kind, Condition] = {
 BORDER = 1.0 / 3.0
 """R of areas with a border that is found, and of the heat that is conducted, most of it there, times N^−1.5: about N border
 elements, each off by a third of itself at random (0: 91 % of stick areas)."""
+AT_ONE_PLACE = 0.1
+"""Error of a border that is straight along an element's side, in elements, at most (measured on cylinders, N = 64 and 256)."""
 SPREAD = 0.5
 """Part of the error of the largest flux that reaches temperatures, because heat spreads, and integrals."""
 EDGE, EDGE_BELOW = 0.6, 0.8
@@ -221,7 +223,7 @@ class Resolution:
 
     def unresolved(self, kind: Kind) -> float:
         """R of a kind of scalars."""
-        found = 0.0 if self.plan.hertzian else self.border
+        found = 0.0 if self.plan.hertzian else max(self.border, self.one_place)
         match kind:
             case "stick":
                 return max(self.border if self.sticking else 0.0, self.unseen)
@@ -251,7 +253,8 @@ class Resolution:
             case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
                 # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
                 conducted = self.border if kind == "exchanged heat" and self.derived.problem.heating.conducts else 0.0
-                return SPREAD * ((1.0 - self.sticking) * self.narrow + self.unseen**1.5 + self.rim) + conducted
+                return SPREAD * ((1.0 - self.sticking) * self.narrow + self.unseen**1.5 + self.rim) + conducted + (
+                    self.sticking * self.one_place)
             case "expansion":
                 # Measured from the border of the contact, which is known to an element.
                 return 1.0 / self.elements
@@ -294,6 +297,12 @@ class Resolution:
     def border(self) -> float:
         """Error of an area whose border is found element by element."""
         return BORDER * self.elements**-1.5
+
+    @property
+    def one_place(self) -> float:
+        """Error of the width of a line contact whose pressure is found, over it: its borders lie at one place of their elements
+        and err alike; 0 of others."""
+        return AT_ONE_PLACE * 2.2 / self.elements if self.derived.problem.line and not self.plan.hertzian else 0.0
 
     @property
     def rim(self) -> float:
