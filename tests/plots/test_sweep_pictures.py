@@ -21,6 +21,7 @@ from thermoroll_cli.files.table_file import read_table, write_csv
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of
+from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import DIAGRAMS, unit_of
 from thermoroll_cli.sweeps import table_picture
@@ -352,3 +353,9 @@ def test_an_animation_has_a_frame_for_each_point(tmp_path: pathlib.Path) -> None
                 cwd=tmp_path).returncode == 0  # fmt: skip
     wrong = call("plot", "t/sweep.h5", "--animate", "creepage.longitudinal", cwd=tmp_path)
     assert wrong.returncode == 2 and "scalars-only" in wrong.stderr
+
+
+def test_a_sweep_of_wheelsets_has_words_at_its_axis() -> None:
+    columns = {"wheelset.lateral_shift_mm": [0.0, 3.0], "track_force_y_left_N": [1.0, 2.0], "status": ["converged"] * 2}
+    figure = wheelset_sweep_figure(columns, "wheelset.lateral_shift_mm", "")
+    assert figure.axes[-1].get_xlabel() == "lateral shift (mm)"

@@ -20,6 +20,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import draw_borders, kinds_of_borders
 from thermoroll_cli.plots.run_frame import Borders, borders_of
+from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.result import Result
 
 PLACE, DIFFERENCE = ".y_rail_mm", "rolling_radius_difference_mm"
@@ -186,7 +187,7 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
         radii.plot(at, table[DIFFERENCE], color="0.2", marker=".")
     places.set_ylabel("y on the rail (mm),\narea: load")
     radii.set_ylabel("difference of\nrolling radii (mm)")
-    forces.set(ylabel="force on the rail (kN)", xlabel=over)
+    forces.set(ylabel="force on the rail (kN)", xlabel=words_of(over))
     for axes in (places, radii, forces):
         style.few_ticks(axes, 10, 5, grid=True)
     style.add_headline(figure, title, all(status == "converged" for status in columns["status"]))
