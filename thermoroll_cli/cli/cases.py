@@ -81,13 +81,18 @@ def validate(
         raise typer.Exit(streams.report_invalid(errors, ""))
 
 
+def _examples(incomplete: str = "") -> list[str]:
+    """Names of the cases of the documents that begin like this."""
+    return sorted(path.stem for path in EXAMPLES.glob("*.toml") if path.stem.startswith(incomplete))
+
+
 def init(
     file: Annotated[Path | None, typer.Argument(
         metavar="[FILE]", show_default=False,
         help="Case file to write, by default case.toml, of an example cases/NAME.toml; - is standard output.")] = None,
     template: Annotated[Template, typer.Option("--template", metavar="NAME", help=_OFFERED, show_default=False)] = _FIRST,
     example: Annotated[str, typer.Option(
-        "--example", metavar="NAME", show_default=False,
+        "--example", metavar="NAME", show_default=False, autocompletion=_examples,
         help="A case of the documents, cases/NAME.toml, with the files that it reads.")] = "",
     examples: Annotated[bool, typer.Option("--examples", help="List the cases of the documents, with their titles.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
@@ -95,7 +100,7 @@ def init(
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
-    names = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+    names = _examples()
     if examples:
         titles = (Case.read(EXAMPLES / f"{name}.toml").settings.title for name in names)
         streams.write(*align([*zip(names, titles, strict=True)]))

@@ -31,8 +31,8 @@ def fit(
     ],
     free: Annotated[
         list[str],
-        typer.Option("--free", metavar="KEY[=LOW:HIGH]", help="A key whose value is sought, in its range. It begins at the "
-                     "value in the case. Repeatable."),
+        typer.Option("--free", metavar="KEY[=LOW:HIGH]", autocompletion=options.keys_like,
+                     help="A key whose value is sought, in its range. It begins at the value in the case. Repeatable."),
     ],
     output: options.Output = options.RESULTS,
     jobs: options.Jobs = 1,

@@ -17,6 +17,7 @@ from thermoroll_cli.cli import streams
 from thermoroll_cli.files import case_source
 from thermoroll_cli.files.case import Case, CaseError, Override, case_name
 from thermoroll_cli.files.case import solvable as solvable
+from thermoroll_cli.files.case_schema import entry_at, is_table, known_keys
 from thermoroll_cli.files.case_source import CaseSource
 
 if TYPE_CHECKING:
@@ -27,11 +28,22 @@ ImageFormat = StrEnum("ImageFormat", "png svg pdf")
 """File types of pictures."""
 Cases = Annotated[list[Path], typer.Argument(metavar="CASE...", help="Case files, or results; - is standard input.")]
 OneCase = Annotated[Path, typer.Argument(metavar="CASE", help="Case file, or a result; - is standard input.")]
+
+
+def keys_like(incomplete: str) -> list[str]:
+    """Keys and tables of a case that begin with what was typed, for shells that complete."""
+    table, dot, _ = incomplete.rpartition(".")
+    path = tuple(table.split(".")) if dot else ()
+    ended = (f"{table}{dot}{key}{'.' if is_table(entry_at((*path, key))) else '='}" for key in known_keys(path))
+    return [key for key in ended if key.startswith(incomplete)]
+
+
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
+        autocompletion=keys_like,
         help="Override a key of the case, for example load.normal_N=80. It replaces a key that it excludes "
         "(grid and accuracy). Repeatable.",
     ),

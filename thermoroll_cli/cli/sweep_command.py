@@ -34,6 +34,7 @@ def sweep(
         typer.Option(
             "--over",
             metavar="KEY=VALUES",
+            autocompletion=options.keys_like,
             help="A key of the case and its values: KEY=START:STOP:COUNT, the same with :log, or KEY=v1,v2,… with numbers or "
             "words. Repeatable: every combination is a point, the last key varies fastest.",
         ),
