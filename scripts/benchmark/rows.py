@@ -96,6 +96,22 @@ def heat() -> Row:
     return Row("heat and thermal deformation, N = 128", "isothermal", partial(solve, problem), partial(solve, isothermal))
 
 
+def line() -> Row:
+    """A pair of teeth beside the article's contact, both without heat."""
+    teeth = Case.read(ROOT / "cases" / "gear_pair.toml").problem
+    return Row("line contact, 128 elements", "isothermal case of the article, N = 64", partial(solve, teeth),
+               partial(solve, problem_of("article_3_1_case_1", 64)))
+
+
+def hot_line() -> Row:
+    """The same pair where heat deforms it, beside the article's coupled case."""
+    problem = problem_of(HOT, 64)
+    teeth = dataclasses.replace(Case.read(ROOT / "cases" / "gear_pair.toml").problem, lower=problem.lower, upper=problem.upper,
+                                heating=Heating(heat=True, deformation="always"))
+    return Row("line contact with heat and thermal deformation, 128 elements", "coupled case of the article, N = 64",
+               partial(solve, teeth), partial(solve, problem))
+
+
 def subsurface() -> Row:
     """Stresses and temperatures below the surface."""
     problem = dataclasses.replace(Case.read(ROOT / "cases" / "hot_sliding.toml").problem, numerics=Numerics((64, 64)))
@@ -175,7 +191,7 @@ def wheel() -> Row:
 
 ROWS: list[Callable[[], Row]] = [
     sweep, sweep_of_hot_loads, sweep_of_hot_creepages, sweep_of_loads, sweep_of_rails, sweep_of_creepages, sweep_of_wear,
-    heat, heat_through_layers, subsurface, strength, friction_law, layers, stresses_in_layers,
+    heat, line, hot_line, heat_through_layers, subsurface, strength, friction_law, layers, stresses_in_layers,
     conformal, wheelset, wheel]
 
 
