@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.sampling import sampled
 from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.convolution import counted, unfolded
@@ -78,7 +79,7 @@ def test_preconditioner_on_half_is_the_one_on_the_whole(mirror):
     np.testing.assert_allclose(half(gradient, stick, run_starts(stick)), expected, atol=1e-12 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("name", MIRRORED)
+@pytest.mark.parametrize("name", sampled(MIRRORED))
 def test_half_the_contact_gives_the_same_answer(name, monkeypatch, record_property):
     problem = MIRRORED[name]
     half = solve(problem)

@@ -71,7 +71,7 @@ def test_results_of_other_programs_lack_a_scale() -> None:
     assert math.isnan(error_scale("Q_F_W", {"Q_F_W": None}))
 
 
-@pytest.mark.parametrize(("grid", "allowed"), [(64, 1e-4), (128, 2e-5)])
+@pytest.mark.parametrize(("grid", "allowed"), [(64, 1e-4), pytest.param(128, 2e-5, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("aspect_ratio", "x", "y", "spin"), [(1.0, 0.3, 0.0, 0.0), (1.0, 0.05, 0.0, 0.0), (0.3, 0.3, 0.4, 0.0),
                                                               (3.0, 0.3, 0.0, 0.3)])
 def test_creepage_to_force_and_back(grid: int, allowed: float, aspect_ratio: float, x: float, y: float, spin: float) -> None:

@@ -11,6 +11,7 @@ import pytest
 from scripts.stress.random_profiles import random_profile_contact
 from tests.support.errors import relative
 from tests.support.profiles import CROWN, GEOMETRIES, REFERENCES, below, egg, points, solved_by_contact, two_bumps
+from tests.support.sampling import sampled
 from tests.support.scenes import STEEL, elastic, on_grid, order, rolling, solved
 from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.contact.normal_contact import NormalSolver
@@ -319,7 +320,7 @@ ORDERS = {
 """Geometry, load in N, and the order that must be seen: a kink in the curvature keeps at least the first."""
 
 
-@pytest.mark.parametrize("kind", ORDERS)
+@pytest.mark.parametrize("kind", sampled(ORDERS))
 def test_order_of_convergence(kind):
     """Forces, heat, approach and largest pressure at N = 16, 32, 64 against 128."""
     geometry, load, least = ORDERS[kind]

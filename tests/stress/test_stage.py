@@ -12,6 +12,7 @@ import pytest
 
 from tests.support.errors import relative
 from tests.support.interpolation import at_point
+from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling, spheres
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.names import BOND_SCALARS, STRENGTH_SCALARS, SUBSURFACE_SCALARS
@@ -105,7 +106,7 @@ def test_contact_like_a_line():
     assert scalars["orthogonal_shear_range_depth_lower_mm"] / a == pytest.approx(0.5, abs=2e-3)
 
 
-@pytest.mark.parametrize("name", CONTACT)
+@pytest.mark.parametrize("name", sampled(CONTACT))
 def test_stresses_of_another_program(name):
     """CONTACT on three grids, extrapolated: 70 points of both bodies, to its uncertainties plus 2e-3 p₀."""
     case = CONTACT[name]

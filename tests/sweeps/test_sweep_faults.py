@@ -22,6 +22,7 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, call, environment, on_terminal
+from tests.support.sampling import sampled
 from tests.support.tasks import DeadlyTask, SlowDiskTask
 from thermoroll_cli import atomic
 from thermoroll_cli.atomic import WriteError
@@ -348,7 +349,7 @@ def test_leftovers_of_killed_processes_are_removed(tmp_path: Path) -> None:
 # --- several sweeps in one folder, and starts that fail --------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", sampled(range(3), 3))
 def test_each_row_names_a_file_of_its_own_point_whatever_was_swept_here(seed: int, case: Path, folder: Path) -> None:
     """Sweeps that share points, values and names, resumed in a random order and number."""
     choose = random.Random(seed)
