@@ -124,7 +124,7 @@ def test_colour_and_progress_on_terminals_only_and_never_with_no_color(tmp_path:
 
 def test_completion_is_offered() -> None:
     for words, offered in (("va", "validate"), ("table q", "query"), ("init --example man", "manchester"),
-                           ("run --set load.n", "load.normal_N=\nload.normal_N_mm="), ("sweep c --over load", "load.")):
+                           ("run --set load.n", "load.normal_N=\nload.normal_N_mm=")):
         done = thermoroll(env={"_THERMOROLL_COMPLETE": "complete_bash", "COMP_WORDS": f"thermoroll {words}",
                                "COMP_CWORD": str(len(words.split()))})
         assert done.stdout.strip() == offered
