@@ -117,6 +117,9 @@ def test_long_bodies_are_line_contacts_of_their_length(tmp_path: Path, area: str
     given = imported(deck_of(tmp_path, head + area.format(a=half) + END))[0]
     assert given.case is not None and given.case.settings.force is not None, given.reason
     assert given.case.settings.force.longitudinal_N_mm == pytest.approx(-0.5 * friction * load)
+    step = imported(deck_of(tmp_path, head.replace("203110", "202110") + area.format(a=half) + END))[0]
+    assert step.case is not None and step.case.settings.history is not None, step.reason
+    assert step.case.settings.history.length_mm == pytest.approx(20.0) and step.case.settings.history.begin == "pressed"
 
 
 SHIFT = """ 3  MODULE
