@@ -34,7 +34,7 @@ BOUNDS = (0.002, 0.01, 0.03)
 CHANGES = 3.0
 """A match differs by up to the first bound plus so many times what CONTACT changes by when it halves its elements."""
 LONGEST = 600.0
-"""Seconds for a file on halved elements; cases that are not done by then have no match."""
+"""Seconds for a file on halved elements; cases that are not done by then count by the first bound alone."""
 HEADER = [
     "file",
     "cases",
@@ -127,10 +127,11 @@ def row_of(
         sum(each.case is not None for each in cases),
         len(differences),
         *(sum(error <= bound for error, _ in differences) for bound in BOUNDS),
-        matches,
+        matches if finer else 0,
     ]
     worst = f"{100 * max(differences)[0]:.2g} % (case {max(differences)[1]})" if differences else ""
-    return [name, *map(str, counts), worst, ", ".join(unsolved)], counts
+    known = [*map(str, counts[:-1]), str(matches) if finer else ""]
+    return [name, *known, worst, ", ".join(unsolved)], counts
 
 
 def seconds_of(deck: Path, path: Path, program: Path, folder: Path) -> list[str]:
