@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import Profile, Surface
@@ -93,7 +93,7 @@ class FixedRows:
     def averages(self, edges: Array, values: Array) -> Array:
         """`values` between `edges` (m), averages over whatever there is, as averages over the rows: their area is kept. Between
         edges it is a monotonous spline, for narrower rows must not make stairs of wider ones."""
-        area = PchipInterpolator(edges, np.concatenate([[0.0], np.cumsum(values * np.diff(edges))]))
+        area = scipy.interpolate.PchipInterpolator(edges, np.concatenate([[0.0], np.cumsum(values * np.diff(edges))]))
         return np.asarray(np.diff(area(np.clip(self.edges, edges[0], edges[-1]))) / self.size)
 
 
