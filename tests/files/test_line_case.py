@@ -17,6 +17,7 @@ from thermoroll_cli import Case, CaseError, read_result, solve
 from thermoroll_cli.cli.cases import template_text
 from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.problem.names import ACROSS, LINE_SCALARS, PER_LENGTH
+from thermoroll_cli.problem.scalar_errors import meaning_in
 
 GEARS: dict[str, Any] = {
     "material": {"youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3},
@@ -46,6 +47,7 @@ def test_names_are_per_length_and_fields_over_x() -> None:
     # E* = 206/(2·0.91) GPa, R = 6 mm: Hertz by hand.
     modulus = 206e3 / 1.82
     half = math.sqrt(4.0 * 12.5 * 6.0 / (math.pi * modulus))
+    assert meaning_in(result.coupled.scalars, "gamma_c") == "contact width / Hertz width"
     assert result["hertz_a_mm"] == pytest.approx(half) and result["contact_width_mm"] == pytest.approx(2.0 * half)
     assert result["pressure_max_MPa"] == pytest.approx(2.0 * 12.5 / (math.pi * half))
     assert result["friction_limit_N_mm"] == pytest.approx(0.75) and result["normal_N_mm"] == pytest.approx(12.5)

@@ -215,8 +215,9 @@ def computed(value: Any) -> bool:
 
 
 def meaning_in(row: Mapping[str, Any], name: str) -> str:
-    """What the scalar `name` means in a result with this `row`, which is in Hertz's contact or not."""
-    return ALL_SCALARS[name].meaning_of(hertz=computed(row.get("hertz_a_mm", 0.0)))
+    """What the scalar `name` means in a result with this `row`, of a contact of Hertz or not; a line has widths for areas."""
+    meaning = ALL_SCALARS[name].meaning_of(hertz=computed(row.get("hertz_a_mm", 0.0)))
+    return meaning.replace(" area", " width") if "contact_width_mm" in row else meaning
 
 
 def repeats(name: str, row: Mapping[str, Any]) -> bool:
