@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy
 
 from thermoroll_cli import Case, solve
 
@@ -35,6 +36,6 @@ def test_lateral_force_is_the_gradient_of_the_energy(patches: str, least: float,
         # F^⅔ is nearly a straight line of the height, down to first contact.
         line = np.polynomial.Polynomial.fit(heights[carried], loads[carried] ** (2.0 / 3.0), 3)
         fine = np.linspace(top - DEPTH, top, 20_001)
-        energies.append(np.trapezoid(np.maximum(line(fine), 0.0) ** 1.5, fine))
+        energies.append(scipy.integrate.trapezoid(np.maximum(line(fine), 0.0) ** 1.5, fine))
     missed = abs((energies[1] - energies[0]) / (2.0 * STEP) - lateral) / vertical
     assert least <= missed <= most
