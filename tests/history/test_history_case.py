@@ -121,8 +121,10 @@ def test_the_progress_of_a_history_ends_with_its_last_step() -> None:
 
 def test_a_table_over_time_is_drawn_and_reported_as_that_of_a_sweep(tmp_path: Path) -> None:
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 2})).to_toml())
-    for command in ("run ball.toml -o . --report", "plot ball_history.csv -o again", "report ball_history.csv"):
-        done = thermoroll(*command.split(), cwd=tmp_path)
+    table = tmp_path / "ball_history.csv"
+    for command in (("run", tmp_path / "ball.toml", "-o", tmp_path, "--report", "--plots", "summary"),
+                    ("plot", table, "-o", tmp_path / "again"), ("report", table)):
+        done = call(*command)
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "again" / "ball_history.png").exists()
     page = (tmp_path / "ball_history_report.html").read_text()

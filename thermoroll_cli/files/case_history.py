@@ -100,7 +100,7 @@ def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault
         at_rest = (0.0 if load is None else load.friction_coefficient) or 0.0
         values = [value for _, value in friction.table or ()] or [at_rest, friction.limit_coefficient or 0.0]
         if any(other < one for one, other in pairwise(values)):
-            yield (("friction", "law"), "falls with slip: without memory there are several states at a time",
+            yield (("friction", "law"), "falls with slip: over time it has no solution without memory",
                    "friction.memory_um above 0, or a law that does not fall")
 
 
