@@ -147,6 +147,7 @@ def test_equal_bodies_share_thermal_kernels() -> None:
 @pytest.mark.parametrize(("unlike", "tables"), [(1.0, 2), (1.0 + 1e-12, 4)], ids=["equal", "different"])
 def test_each_kind_of_body_has_its_own_thermal_tables(unlike: float, tables: int, monkeypatch: pytest.MonkeyPatch) -> None:
     built = []
+    heat_response.small_table.cache_clear()
     for table in (displacement_table, temperature_table):
         def counted(*place: float, table: Callable[..., Array] = table) -> Array:
             built.append(table)
