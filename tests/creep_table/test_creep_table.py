@@ -7,6 +7,7 @@ import json
 import math
 import re
 import time
+from collections.abc import Callable
 from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
@@ -182,15 +183,20 @@ def test_falling_friction_through_an_equivalent_coefficient() -> None:
 def test_a_million_look_ups_take_seconds(circle: CreepForceTable) -> None:
     """In units of what a sine of as many numbers takes, so that other work on the machine does not count."""
     creepages = RNG.normal(size=(3, 50_000))
-    circle.forces(*creepages, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
-    began = time.process_time()
-    circle.forces(*creepages, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
-    found = time.process_time() - began
-    began = time.process_time()
-    for _ in range(40):
-        np.sin(creepages[0])  # 0.02 µs each
+
+    def least(compute: Callable[[], object]) -> float:
+        """Processor time of the fastest of five: others that share the processor's memory slow single ones."""
+        times = []
+        for _ in range(5):
+            began = time.process_time()
+            compute()
+            times.append(time.process_time() - began)
+        return min(times)
+
+    look_ups = least(lambda: circle.forces(*creepages, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0))
+    sines = least(lambda: [np.sin(creepages[0]) for _ in range(40)])  # 0.02 µs each
     # A look-up takes about 50 sines; with 160 it would still be a third of a million of them a second.
-    assert found < 4.0 * (time.process_time() - began)
+    assert look_ups < 4.0 * sines
 
 
 def test_coordinates_come_back() -> None:
