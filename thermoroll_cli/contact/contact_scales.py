@@ -270,8 +270,9 @@ def _solve(
     edge = geometry.free_ends
     ends = bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])
     peak = peak_value(solution.pressure / cosine)
-    line = solution.pressure.sum(axis=0)
+    per_length = solution.pressure.sum(axis=0)
     scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak, solution.approach, solver.load(solution.pressure),
                            area, math.sqrt(area / math.pi), centre, ends, limits, solution.converged, float(centre_x),
-                           0.0 if mirror else float(grid.y @ line / line.sum()), tuple(zip(grid.y, line, strict=True)))
+                           0.0 if mirror else float(grid.y @ per_length / per_length.sum()),
+                           tuple(zip(grid.y, per_length, strict=True)))
     return _Found(scales, grid, solution.pressure)
