@@ -218,6 +218,8 @@ def _later(history: History) -> Iterator[tuple[str, History, tuple[float, float]
     place, places = float(course.rows[middle]), np.array(course.places)
     if place in course.jumps or len(set(course.places)) < len(course.places):
         return
+    if np.any((places > place) & (places < course.rows[middle + 1])):
+        return  # inputs turn within the first step: it is halved there, and has no step before it to be of second order
     values = {key: float(course.at(key, np.array([place]))[0]) for key in course.values}
     halves = []
     for inside, steps in ((places < place, middle), (places > place, len(course.rows) - 1 - middle)):
