@@ -82,9 +82,9 @@ def deliver(
         said = [line for warning in warnings for line in folded(f"warning: {warning}", width)]
         streams.write(*lines(), *missing, *streams.in_colour(said, streams.YELLOW),
                       *streams.in_colour(folded(reason, width) if reason else [], streams.RED))
-        shown = list[str]()
-        for ending in dict.fromkeys(path.suffix for path in (*files, *pages, *pictures)):
-            same = [path for path in (*files, *pages, *pictures) if path.suffix == ending]
+        written, shown = [*files, *pages, *pictures], list[str]()
+        for ending in dict.fromkeys(path.suffix for path in written):
+            same = [path for path in written if path.suffix == ending]
             kind = "pictures" if same[0] in pictures else "files"
             shown += map(str, same) if len(same) <= FEW else [f"{len(same)} {kind} {to.folder / stem}_*{ending}"]
         if shown:

@@ -124,6 +124,10 @@ class History:
         still = SPEED not in self.course.values and self.problem.motion.speed == 0.0
         return (*self.course.jumps, *(self.course.turns if still else ()))
 
+    def with_stops(self, places: Array) -> Array:
+        """`places` in order, and the `stops` between the first and the last of them."""
+        return np.union1d(places, [stop for stop in self.stops if places[0] < stop < places[-1]])
+
     @property
     def restarts(self) -> tuple[float, ...]:
         """Places from which a step knows one state alone, and is of first order: `stops`, and a start from nothing. A state

@@ -112,15 +112,11 @@ class HistoryPlan:
 def plan_of(history: History) -> HistoryPlan:
     """The plan of a history. Raises Unsolvable as `check`."""
     check(history)
-    grids = [(shape, [len(_with_stops(history, places)) - 1 for places in runs]) for shape, runs in grids_of(history)]
+    grids = [(shape, [len(history.with_stops(places)) - 1 for places in runs]) for shape, runs in grids_of(history)]
     (nx, ny), counts = grids[-1]
     past = _past(history, (nx, ny), max(counts))
     applications, seconds = zip(*(_cost(history, shape, count) for shape, counts in grids for count in counts), strict=True)
     return HistoryPlan(grids, sum(applications), 8 * 4 * nx * ny * FIELDS + past, past, sum(seconds))
-
-
-def _with_stops(history: History, places: Array) -> Array:
-    return np.union1d(places, [stop for stop in history.stops if places[0] < stop < places[-1]])
 
 
 def _effects(history: History) -> tuple[int, bool]:

@@ -120,7 +120,7 @@ class Steps:
         """The states at the places `rows`, with further steps to the `stops` between them. The beginning, the last step, and
         those that are not `kept` are solved."""
         course = self.history.course
-        stops = np.unique(np.concatenate([rows, [stop for stop in self.history.stops if rows[0] < stop < rows[-1]]]))
+        stops = self.history.with_stops(rows)
         times, distances = self.history.clock(stops)
         here, state = self._begin(float(rows[0]))
         reached = self._arrived(here, state.contact, float(stops[0]), float(times[0]), float(distances[0]))
