@@ -51,7 +51,7 @@ figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures
 
 table: install
-	OPENBLAS_NUM_THREADS=1 $(BIN)/thermoroll table build -o thermoroll_cli/creep_table/default_table.h5 --resume --jobs $$($(BIN)/python -c 'import os; print(os.cpu_count())')
+	OPENBLAS_NUM_THREADS=1 $(BIN)/thermoroll table build -o thermoroll_cli/studies/creep_table/default_table.h5 --resume --jobs $$($(BIN)/python -c 'import os; print(os.cpu_count())')
 
 # Peers for the frictionless part, in an environment of their own. Without them, and without CONTACT, recorded rows stay.
 PEERS := build/peers

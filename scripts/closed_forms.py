@@ -16,23 +16,23 @@ import numpy as np
 import scipy
 
 from tests.support.problems import STEEL, elastic, ellipse, rolling
-from thermoroll_cli.arrays import Array
-from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.heated_sphere import heated_sphere
 from thermoroll_cli.exact.hertz import hertz_contact, line_contact
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.exact.moving_sources import effusivity, ellipse_maximum, tian_kennedy_maximum
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
-from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
+from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.physics.rolling.differential_slip import differential_slip
+from thermoroll_cli.physics.rolling.newton import TangentialProblem
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.rolling.differential_slip import differential_slip
-from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.rolling.rolling_solver import RollingSolver
+from thermoroll_cli.tools.arrays import Array
 
 HEADER = ("check", "quantity", "computed", "exact", "difference")
 BEARING = Geometry(0.022, -0.0066, 0.00635, 0.00635)

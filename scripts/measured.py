@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli import Case, fit, sweep
-from thermoroll_cli.sweeps.fit import Fit
+from thermoroll_cli.studies.sweeps.fit import Fit
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.support import command_line
 from tests.support.signals import give_children_default_signals
-from thermoroll_cli.process import one_thread
+from thermoroll_cli.tools.process import one_thread
 
 # Before anything loads NumPy, as the command does: a second thread of linear algebra costs a quarter more processor time here.
 one_thread()

@@ -16,16 +16,16 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
     from thermoroll_cli.files.case import Case
     from thermoroll_cli.files.case_errors import CaseError
     from thermoroll_cli.files.result.outcome import read_result
     from thermoroll_cli.problem.problem import Problem
     from thermoroll_cli.problem.result import Result
     from thermoroll_cli.python_api import Solver, conicity, solve
-    from thermoroll_cli.sweeps.fit import fit
-    from thermoroll_cli.sweeps.sweep import sweep
-    from thermoroll_cli.worn.follow import wear
+    from thermoroll_cli.studies.creep_table.creep_force_table import CreepForceTable
+    from thermoroll_cli.studies.sweeps.fit import fit
+    from thermoroll_cli.studies.sweeps.sweep import sweep
+    from thermoroll_cli.studies.worn.follow import wear
 
 __all__ = [
     "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "__version__", "conicity", "fit", "read_result",
@@ -35,16 +35,16 @@ __all__ = [
 _PLACES = {
     "Case": "thermoroll_cli.files.case",
     "CaseError": "thermoroll_cli.files.case_errors",
-    "CreepForceTable": "thermoroll_cli.creep_table.creep_force_table",
+    "CreepForceTable": "thermoroll_cli.studies.creep_table.creep_force_table",
     "Problem": "thermoroll_cli.problem.problem",
     "Result": "thermoroll_cli.problem.result",
     "Solver": "thermoroll_cli.python_api",
     "conicity": "thermoroll_cli.python_api",
-    "fit": "thermoroll_cli.sweeps.fit",
+    "fit": "thermoroll_cli.studies.sweeps.fit",
     "read_result": "thermoroll_cli.files.result.outcome",
     "solve": "thermoroll_cli.python_api",
-    "sweep": "thermoroll_cli.sweeps.sweep",
-    "wear": "thermoroll_cli.worn.follow",
+    "sweep": "thermoroll_cli.studies.sweeps.sweep",
+    "wear": "thermoroll_cli.studies.worn.follow",
     # Not offered, but called by methods of a result.
     "figure": "thermoroll_cli.plots.pictures",
     "write_result": "thermoroll_cli.files.result.outcome",

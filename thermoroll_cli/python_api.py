@@ -9,26 +9,26 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.bearing.bearing_problem import BearingProblem
-from thermoroll_cli.bearing.bearing_result import BearingSolver, bearing_warnings
-from thermoroll_cli.bearing.bearing_result import facts_of as facts_of_bearing
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.history.course import History
-from thermoroll_cli.history.history_plan import HistoryPlan, plan_of, warnings_of
-from thermoroll_cli.history.solve import HistorySolver
+from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
+from thermoroll_cli.many_contacts.bearing.bearing_result import BearingSolver, bearing_warnings
+from thermoroll_cli.many_contacts.bearing.bearing_result import facts_of as facts_of_bearing
+from thermoroll_cli.many_contacts.history.course import History
+from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan, plan_of, warnings_of
+from thermoroll_cli.many_contacts.history.solve import HistorySolver
+from thermoroll_cli.many_contacts.wheelset.conicity import Conicity, conicity_of
+from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, wheelset_warnings
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.many_contacts.wheelset.wheelset_result import WheelsetSolver
+from thermoroll_cli.one_contact.refinement import solve as refinement
+from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
+from thermoroll_cli.one_contact.refinement.plan import Plan, make_plan
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
+from thermoroll_cli.one_contact.steady_state.doubts import warnings_before
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement import solve as refinement
-from thermoroll_cli.refinement.expected_heat import expected_temperature_warning
-from thermoroll_cli.refinement.plan import Plan, make_plan
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import SolverOptions
-from thermoroll_cli.steady_state.doubts import warnings_before
-from thermoroll_cli.wheelset.conicity import Conicity, conicity_of
-from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver
 
 Task = Problem | WheelsetProblem | BearingProblem | History
 Report = Callable[[str, Mapping[str, Any]], None]

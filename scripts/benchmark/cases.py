@@ -18,11 +18,11 @@ from typing import Any
 from tests.support.errors import relative
 from tests.support.problems import spin_ellipse
 from thermoroll_cli import Case
-from thermoroll_cli.heat.heat_response import small_table
+from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
+from thermoroll_cli.physics.heat.heat_response import small_table
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.rolling.rolling_gradient import RollingOptions
-from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = pathlib.Path(__file__).resolve().parent

@@ -41,8 +41,8 @@ def hertz(n: int) -> Array:
 
 
 def thermoroll(n: int, flat: bool) -> Solve:
-    from thermoroll_cli.contact.normal_contact import NormalSolver
-    from thermoroll_cli.numerics.grid import Grid
+    from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+    from thermoroll_cli.physics.numerics.grid import Grid
 
     solver = NormalSolver(Grid.over((n, n), SIDE, SIDE), 1.0)
     start = np.ones((n, n)) if flat else hertz(n)

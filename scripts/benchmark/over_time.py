@@ -13,8 +13,8 @@ import numpy as np
 
 from scripts.benchmark.cases import ROOT, seconds
 from tests.support.problems import elastic, rolling
-from thermoroll_cli.history.course import Course, History
-from thermoroll_cli.history.steps import Moment, Steps
+from thermoroll_cli.many_contacts.history.course import Course, History
+from thermoroll_cli.many_contacts.history.steps import Moment, Steps
 from thermoroll_cli.problem.geometry import Geometry
 
 GRIDS = 32, 64

@@ -13,11 +13,11 @@ import numpy as np
 
 from scripts import manchester
 from scripts.benchmark.cases import ROOT, log, process, seconds
-from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.files.case import Case
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.many_contacts.wheelset.wheelset_result import WheelsetSolver
+from thermoroll_cli.physics.contact.contact_scales import contact_scales
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver
 
 SHIFTS = tuple(shift for shift in manchester.SHIFTS if shift != 5.0)
 """At 5 mm CONTACT puts two patches into one plane, another model."""

@@ -28,7 +28,7 @@ from scripts.measured import (
     twin_disc,
 )
 from thermoroll_cli import Case
-from thermoroll_cli.sweeps.fit import Fit
+from thermoroll_cli.studies.sweeps.fit import Fit
 
 GRID = 32
 HEADER = ("", "friction", "interlayer (µm/GPa)", "rms of computed less measured force over W")

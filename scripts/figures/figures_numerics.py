@@ -26,17 +26,17 @@ from scripts.figures.figures_drawing import (
 )
 from tests.support.errors import relative
 from thermoroll_cli import Case
-from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact, line_contact
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
-from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.grid import UPSTREAM_WEIGHTS, Grid
+from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
+from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
+from thermoroll_cli.physics.numerics.grid import UPSTREAM_WEIGHTS, Grid
+from thermoroll_cli.physics.rolling.newton import TangentialProblem
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient, RollingOptions
+from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.problem.problem import Numerics, Problem
-from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
-from thermoroll_cli.rolling.rolling_solver import RollingSolver
-from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 Folder = pathlib.Path
 Rows = list[list[str]]

@@ -16,15 +16,15 @@ from scripts.figures.figures_numerics import problem_of
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
-from thermoroll_cli.halfspace.elastic import ShearCompliance, rectangle_integrals
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.halfspace.variable_peclet import variable_peclet_tables
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, rectangle_integrals
+from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.physics.halfspace.variable_peclet import variable_peclet_tables
+from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 
 Folder = pathlib.Path
 Row = list[str]

@@ -10,8 +10,8 @@ import numpy as np
 
 from scripts.stress.outcome import Outcome, Pair
 from thermoroll_cli import Case
-from thermoroll_cli.bearing.bearing_problem import BearingProblem
-from thermoroll_cli.bearing.bearing_result import BearingSolver
+from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
+from thermoroll_cli.many_contacts.bearing.bearing_result import BearingSolver
 from thermoroll_cli.problem.result import Result
 
 GRID, REFERENCE, FEW = 24, 72, 3

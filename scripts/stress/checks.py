@@ -12,15 +12,15 @@ import numpy as np
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_cases import BELOW_LIMIT
 from tests.support.errors import relative
-from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.refinement.solve import Solver, solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
+from thermoroll_cli.physics.contact.shear_coupling import NormalShearCoupling
+from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.names import known_as
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
-from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 LOAD = 2e-6
 COULOMB = 2e-4

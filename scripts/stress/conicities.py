@@ -11,8 +11,8 @@ import numpy as np
 from scripts.stress.outcome import Outcome
 from scripts.stress.wheelsets import RAILS, ROOT, WHEELS, worn_wheel
 from thermoroll_cli import Case, conicity
+from thermoroll_cli.many_contacts.wheelset.conicity import Conicity
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.wheelset.conicity import Conicity
 
 EXACT, SAME = 1e-6, 1e-6
 """Relative departure of the conicity from a cone's, and of a mirrored wheelset from itself."""

@@ -12,15 +12,15 @@ import numpy as np
 from scripts.stress.outcome import Outcome, Pair
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_profiles import random_profile_contact
-from thermoroll_cli.history.course import Course, History
-from thermoroll_cli.history.solve import HistorySolver
+from thermoroll_cli.many_contacts.history.course import Course, History
+from thermoroll_cli.many_contacts.history.solve import HistorySolver
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.geometry import ContactGeometry, Geometry, Unsolvable
 from thermoroll_cli.problem.names import UNCERTAINTY
 from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 GRIDS = (16, 20, 24)
 REFERENCE, SHOWN = 3, 5

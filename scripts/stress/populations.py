@@ -46,8 +46,8 @@ from scripts.stress.random_profiles import (
 )
 from scripts.stress.random_relaxing import random_relaxing
 from thermoroll_cli import CaseError
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.problem import Numerics, Problem, SubsurfaceRequest
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 GRID = 32
 """Elements per side, for generators that leave the grid open."""

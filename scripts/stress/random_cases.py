@@ -11,9 +11,9 @@ import tomli_w
 from scipy.special import elliprd
 
 from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.one_contact.refinement.expected_heat import bulge_bound
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.refinement.expected_heat import bulge_bound
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 SMALL_GRIDS = (8, 8, 10, 12, 16, 16, 20, 24, 24, 32, 32, 40, 48)
 LARGE_GRIDS = (64, 96, 128)

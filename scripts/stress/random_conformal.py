@@ -9,12 +9,12 @@ import numpy as np
 
 from scripts.stress.checks import solved
 from scripts.stress.outcome import Outcome
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 RATIOS = 0.1, 30.0
 """Smallest and largest R_y over R_x of a body."""

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import elliprd
 
+from thermoroll_cli.one_contact.refinement.expected_heat import bulge_bound
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
-from thermoroll_cli.refinement.expected_heat import bulge_bound
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 HEATED_SHARE, DEFORMED_SHARE, DISSIMILAR_SHARE, FORCED_SHARE, SPIN_SHARE = 0.7, 0.4, 0.2, 0.15, 0.3
 LARGEST_BULGE = 0.2

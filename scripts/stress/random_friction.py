@@ -10,11 +10,11 @@ import numpy as np
 
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_profiles import random_profile_contact
+from thermoroll_cli.one_contact.refinement.plan import share_below
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, rubbed
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.problem import Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
-from thermoroll_cli.refinement.plan import share_below
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.steady_state.derived import DerivedQuantities, rubbed
 
 WELL_POSED = 0.6
 """Criterion of falling friction without memory up to which there is one solution."""

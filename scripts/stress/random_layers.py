@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.stress.random_contacts import LARGEST_BULGE, _geometry, _heating, _log, random_motion
+from thermoroll_cli.one_contact.refinement.expected_heat import bulge_bound
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Problem
-from thermoroll_cli.refinement.expected_heat import bulge_bound
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 BOTH_SHARE, ALIKE_SHARE, INCOMPRESSIBLE_SHARE = 0.5, 0.5, 0.1
 THINNEST, THICKEST = 0.25 * 2.2 / 32, 100.0

@@ -11,9 +11,9 @@ from scripts.stress.random_contacts import random_contact, random_motion, warmed
 from scripts.stress.random_friction import random_friction, random_rising, random_yield
 from scripts.stress.random_layers import random_hot_layers, random_layers
 from scripts.stress.random_relaxing import random_relaxing
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 LENGTH = 0.01
 """Length (m) over which the load of a contact is spread."""

@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, rubbed
 from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.steady_state.derived import DerivedQuantities, rubbed
 
 KINDS = ("crown", "cubic", "bumps", "kink")
 AWKWARD = ("edge", "off centre", "groove")

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.stress.random_contacts import _geometry, _log, random_motion
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Problem
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 BOTH_SHARE, ALIKE_SHARE, LAYERED_SHARE, HOT_SHARE, FRICTIONLESS_SHARE = 0.4, 0.5, 0.3, 0.3, 0.1
 SOFTEST = 30.0

@@ -9,7 +9,7 @@ import numpy as np
 from scripts.stress.outcome import Outcome
 from scripts.stress.wheelsets import random_wheelset
 from thermoroll_cli import Case, wear
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 
 VOLUME, SAME = 1e-3, 1e-6
 """Relative departure of the worn volume from that of the frictional work, and of one order of the positions from another."""

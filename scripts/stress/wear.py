@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.stress.outcome import Outcome
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
 from thermoroll_cli.problem.problem import BODIES, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.worn.evolution import ContactState, evolution, line_load, worn_apart, worn_geometry
-from thermoroll_cli.worn.steps import REACHED
+from thermoroll_cli.studies.worn.evolution import ContactState, evolution, line_load, worn_apart, worn_geometry
+from thermoroll_cli.studies.worn.steps import REACHED
 
 KINDS = ("cubic", "linear", "arcs", "crown", "radius")
 GRIDS = ((16, 16), (24, 24), (32, 32), (20, 33))

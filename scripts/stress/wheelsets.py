@@ -10,10 +10,10 @@ import numpy as np
 from scripts.stress.outcome import Outcome
 from thermoroll_cli import Case, CaseError
 from thermoroll_cli.files.profile_file import read_outline
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.many_contacts.wheelset.wheelset_result import solve_wheelset
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 
 ROOT = pathlib.Path(__file__).parents[2]
 RAILS = (("cases/MBench_UIC60_v3.prr", 0.0), ("tests/reference/wheelset/uic60_true.prr", 0.025),

@@ -15,7 +15,7 @@ from scipy.special import ellipe
 from scripts.closed_forms import heathcote
 from tests.support.command_line import call
 from thermoroll_cli import Case, CaseError, read_result, solve
-from thermoroll_cli.bearing.bearing_problem import BearingProblem
+from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.problem.result import Result
 
 RPM = 2.0 * math.pi / 60.0

@@ -19,9 +19,9 @@ import pytest
 from tests.support.command_line import MECHANICAL, PATIENCE
 from tests.support.scenes import rolling
 from thermoroll_cli import process
-from thermoroll_cli.creep_table.build import journal_path
-from thermoroll_cli.process import Interrupted, safe_point, stoppable
-from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.studies.creep_table.build import journal_path
+from thermoroll_cli.tools.process import Interrupted, safe_point, stoppable
 
 ROOT = Path(__file__).parents[2]
 
@@ -55,7 +55,7 @@ def test_a_signal_inside_a_callback_is_not_lost() -> None:
 @pytest.mark.usefixtures("caught")
 def test_every_step_of_a_solver_is_a_safe_point(monkeypatch: pytest.MonkeyPatch) -> None:
     """A signal that comes in the tenth transform ends the solution before the eleventh."""
-    from thermoroll_cli.numerics import convolution
+    from thermoroll_cli.physics.numerics import convolution
 
     steps: list[int] = []
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import order, reference, rolling
-from thermoroll_cli.contact import heated_contact
-from thermoroll_cli.contact.active_set import Approach
-from thermoroll_cli.contact.heated_contact import HeatedContactSolver
-from thermoroll_cli.heat.heat_response import DividedHeat
-from thermoroll_cli.numerics.grid import peak_value
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
+from thermoroll_cli.physics.contact import heated_contact
+from thermoroll_cli.physics.contact.active_set import Approach
+from thermoroll_cli.physics.contact.heated_contact import HeatedContactSolver
+from thermoroll_cli.physics.heat.heat_response import DividedHeat
+from thermoroll_cli.physics.numerics.grid import peak_value
 from thermoroll_cli.problem.problem import Heating
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
 
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
 

@@ -11,13 +11,13 @@ import pytest
 
 from tests.support.profiles import CROWN, below
 from tests.support.scenes import ellipse, order, rolling
-from thermoroll_cli.contact.active_set import Approach
-from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact, element_averages
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
+from thermoroll_cli.physics.contact.active_set import Approach
+from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Layer, Material
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
 
 ASPECTS = [1.0, 0.1, 10.0]
 SIDES = [16, 32, 64, 128, 256]

@@ -20,10 +20,18 @@ import xarray
 from tests.support.command_line import call
 from tests.support.scenes import CASES, elastic, ellipse, reference, rolling
 from thermoroll_cli import CreepForceTable
-from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
-from thermoroll_cli.creep_table.creep_force_table import DEFAULT_TABLE, OutsideTable, fill_holes
-from thermoroll_cli.creep_table.point_solver import EllipseSolver
-from thermoroll_cli.creep_table.scaling import (
+from thermoroll_cli.exact.kalker import creepage_coefficients
+from thermoroll_cli.files.result.labelled import ResultFileError
+from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.problem.friction import Friction, FrictionLaw
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.python_api import solve
+from thermoroll_cli.studies.creep_table.build import TablePlan, build_table, journal_path
+from thermoroll_cli.studies.creep_table.creep_force_table import DEFAULT_TABLE, OutsideTable, fill_holes
+from thermoroll_cli.studies.creep_table.point_solver import EllipseSolver
+from thermoroll_cli.studies.creep_table.scaling import (
     directions,
     magnitude,
     magnitude_coordinate,
@@ -33,17 +41,9 @@ from thermoroll_cli.creep_table.scaling import (
     spin_angle,
     spin_coordinate,
 )
-from thermoroll_cli.creep_table.table_file import RESOLUTION, Axes, read_table, write_table
-from thermoroll_cli.exact.kalker import creepage_coefficients
-from thermoroll_cli.files.result.labelled import ResultFileError
-from thermoroll_cli.problem.friction import Friction, FrictionLaw
-from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.python_api import solve
-from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.tasks.journal import JournalError
-from thermoroll_cli.tasks.runner import Workers
+from thermoroll_cli.studies.creep_table.table_file import RESOLUTION, Axes, read_table, write_table
+from thermoroll_cli.tools.journal import JournalError
+from thermoroll_cli.tools.runner import Workers
 
 ROOT = Path(__file__).parents[2]
 CIRCLE = ROOT / "cases" / "creep_forces_circle.h5"
@@ -419,7 +419,7 @@ def test_scales_follow_kalkers_coefficients() -> None:
 
 
 def test_a_link_to_itself_is_no_bug(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.tasks.runner.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("thermoroll_cli.tools.runner.CONNECT_SECONDS", 0.5)
     (tmp_path / "table.h5").symlink_to("table.h5")
     done = call("table", "build", *TINY, "-o", tmp_path / "table.h5", "--dask", "foo")
     assert done.returncode == 5 and "no Dask scheduler at foo" in done.stderr

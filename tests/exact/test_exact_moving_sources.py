@@ -21,7 +21,7 @@ from thermoroll_cli.exact.moving_sources import (
     rectangle_temperature,
     rim_temperature,
 )
-from thermoroll_cli.heat.recirculation import pass_sum, surface_slope
+from thermoroll_cli.physics.heat.recirculation import pass_sum, surface_slope
 
 SQUARES = reference("moving_sources")["square"]
 KERNEL = reference("thermal_kernel")["entries"]

@@ -12,8 +12,8 @@ from tests.support.command_line import MECHANICAL, call
 from tests.support.scenes import reference
 from thermoroll_cli import Case, CaseError, solve
 from thermoroll_cli.files.case_source import Override
+from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.plots.pictures import figure
-from thermoroll_cli.refinement.plan import make_plan
 
 EUROSPRINTER = Path(__file__).parents[2] / "cases" / "eurosprinter.toml"
 LAW = '\n[friction]\nlaw = "exponential"\nlimit_coefficient = 0.1\nhalf_slip_m_s = 0.5\n'

@@ -7,7 +7,7 @@ import pytest
 from tests.support.cases import findings
 from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case import Case, CaseError, Override
-from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 
 SPHERES = THERMAL + '[thermal]\npartition = "matched"\n'
 

@@ -19,11 +19,11 @@ import xarray
 
 from tests.support import synthetic
 from thermoroll_cli import __version__, atomic
-from thermoroll_cli.atomic import WriteError, write_bytes
 from thermoroll_cli.files.result.labelled import Node, ResultFileError, load
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.problem.names import FIELDS
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.tools.atomic import WriteError, write_bytes
 
 ROOT = pathlib.Path(__file__).parents[2]
 CASE_TEXT = '# Grüße\ntitle = "κ"\n'
@@ -153,7 +153,7 @@ def test_places_that_cannot_hold_a_file(tmp_path: pathlib.Path) -> None:
 def test_links_are_followed_devices_kept_and_the_umask_obeyed(tmp_path: pathlib.Path) -> None:
     (tmp_path / "real").write_bytes(b"old")
     (tmp_path / "link").symlink_to("real")
-    program = "import sys; from thermoroll_cli.atomic import write_bytes; write_bytes(sys.argv[1], b'new')"
+    program = "import sys; from thermoroll_cli.tools.atomic import write_bytes; write_bytes(sys.argv[1], b'new')"
     subprocess.run([sys.executable, "-c", program, tmp_path / "link"], cwd=ROOT, umask=0o027, check=True)
     assert (tmp_path / "link").is_symlink() and (tmp_path / "real").read_bytes() == b"new"
     assert (tmp_path / "real").stat().st_mode & 0o777 == 0o640

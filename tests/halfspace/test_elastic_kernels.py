@@ -13,9 +13,9 @@ from tests.support.scenes import order
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact
 from thermoroll_cli.exact.kalker import combined_constants
-from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table, rectangle_integrals, shear_tables
-from thermoroll_cli.numerics.convolution import Convolution
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, normal_table, rectangle_integrals, shear_tables
+from thermoroll_cli.physics.numerics.convolution import Convolution
+from thermoroll_cli.physics.numerics.grid import Grid
 
 INTEGRANDS = {
     "xx": lambda x, y: x * x / np.hypot(x, y) ** 3,

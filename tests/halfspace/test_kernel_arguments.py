@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress
-from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
-from thermoroll_cli.halfspace.thermal import advected_expansion, displacement_table, temperature_table
-from thermoroll_cli.halfspace.variable_peclet import variable_peclet_tables
-from thermoroll_cli.numerics.convolution import Convolution, quadrant_symbol
+from thermoroll_cli.physics.halfspace.subsurface_elastic import pressure_stress, traction_x_stress
+from thermoroll_cli.physics.halfspace.subsurface_thermal import thermal_stress
+from thermoroll_cli.physics.halfspace.thermal import advected_expansion, displacement_table, temperature_table
+from thermoroll_cli.physics.halfspace.variable_peclet import variable_peclet_tables
+from thermoroll_cli.physics.numerics.convolution import Convolution, quadrant_symbol
 
 ONE = np.zeros(1)
 

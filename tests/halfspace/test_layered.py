@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_tables, normal_table, shear_tables
-from thermoroll_cli.halfspace.layered import LayeredBody, difference_compliance, halfspace_compliance
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, coupling_tables, normal_table, shear_tables
+from thermoroll_cli.physics.halfspace.layered import LayeredBody, difference_compliance, halfspace_compliance
 from thermoroll_cli.problem.problem import Layer
+from thermoroll_cli.tools.arrays import Array
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 SYMBOLS, TABLES = (json.loads((REFERENCE / f"layered_{name}.json").read_text()) for name in ("symbols", "tables"))

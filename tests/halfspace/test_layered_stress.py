@@ -12,14 +12,14 @@ from scipy.special import j0, j1, jn
 
 from tests.support.interpolation import at_point
 from tests.support.sampling import sampled
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import HertzContact, element_averages
-from thermoroll_cli.halfspace import subsurface_elastic
-from thermoroll_cli.halfspace.layered import LayeredBody
-from thermoroll_cli.halfspace.layered_stress import element_stresses, waves_along
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.physics.halfspace import subsurface_elastic
+from thermoroll_cli.physics.halfspace.layered import LayeredBody
+from thermoroll_cli.physics.halfspace.layered_stress import element_stresses, waves_along
+from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.physics.stress.superposition import ElasticStresses, StressTransforms
 from thermoroll_cli.problem.problem import Layer
-from thermoroll_cli.stress.superposition import ElasticStresses, StressTransforms
+from thermoroll_cli.tools.arrays import Array
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "layered_stress.json").read_text())
 STEEL = (210e9, 0.3)

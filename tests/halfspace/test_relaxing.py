@@ -12,16 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from thermoroll_cli.halfspace.coatings import Coatings
-from thermoroll_cli.halfspace.elastic import (
+from thermoroll_cli.physics.halfspace.coatings import Coatings
+from thermoroll_cli.physics.halfspace.elastic import (
     ShearCompliance,
     coupling_constant,
     coupling_tables,
     normal_table,
     shear_tables,
 )
-from thermoroll_cli.halfspace.relaxing import POINT_LOADS, Relaxing, filter_of, one_sided_means, weights
-from thermoroll_cli.numerics.convolution import half_plane_symbol, quadrant_symbol
+from thermoroll_cli.physics.halfspace.relaxing import POINT_LOADS, Relaxing, filter_of, one_sided_means, weights
+from thermoroll_cli.physics.numerics.convolution import half_plane_symbol, quadrant_symbol
 from thermoroll_cli.problem.problem import Layer, Material
 from thermoroll_cli.problem.relaxation import modulus_at, retardation
 

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import reference
-from thermoroll_cli.halfspace import subsurface_thermal
-from thermoroll_cli.halfspace.subsurface_elastic import (
+from thermoroll_cli.physics.halfspace import subsurface_thermal
+from thermoroll_cli.physics.halfspace.subsurface_elastic import (
     EXCHANGED_AXES,
     pressure_stress,
     traction_x_stress,
     traction_y_stress,
 )
-from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
-from thermoroll_cli.halfspace.thermal import temperature_at_depths, temperature_table
+from thermoroll_cli.physics.halfspace.subsurface_thermal import thermal_stress
+from thermoroll_cli.physics.halfspace.thermal import temperature_at_depths, temperature_table
 
 ELEMENTS = reference("subsurface_elements")
 NU = 0.3

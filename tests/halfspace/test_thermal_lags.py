@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
-from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
-from thermoroll_cli.halfspace.thermal_lags import Effect, Interval, interval_tables
+from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
+from thermoroll_cli.physics.halfspace.thermal_lags import Effect, Interval, interval_tables
+from thermoroll_cli.tools.arrays import Array
 
 STEADY = {"temperature": temperature_table, "slope": temperature_slope_table, "expansion": displacement_table}
 N = 8

@@ -9,8 +9,8 @@ import pytest
 from scipy.signal import fftconvolve
 
 from tests.support.sampling import sampled
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.halfspace.variable_peclet import variable_peclet_tables
+from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.physics.halfspace.variable_peclet import variable_peclet_tables
 
 TABLES = {"temperature": temperature_table, "displacement": displacement_table}
 

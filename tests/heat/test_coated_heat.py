@@ -12,15 +12,15 @@ import pytest
 from tests.support.cases import findings, parse
 from tests.support.command_line import THERMAL
 from tests.support.scenes import reference
-from thermoroll_cli.halfspace.layered_thermal import LayeredHeat
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_at_depths, temperature_table
-from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
+from thermoroll_cli.physics.halfspace.layered_thermal import LayeredHeat
+from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_at_depths, temperature_table
+from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatResponse
+from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.python_api import solve
-from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 
 REFERENCE = reference("layered_thermal")
 STEEL = Material(210e9, 0.3, 46.0, 11.8e-6, 12.5e-6)

@@ -10,11 +10,11 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf, erfc
 
-from thermoroll_cli.arrays import Array
-from thermoroll_cli.heat.frictional_heat import Heat
-from thermoroll_cli.heat.heat_over_time import End, HeatMemory
-from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.physics.heat.frictional_heat import Heat
+from thermoroll_cli.physics.heat.heat_over_time import End, HeatMemory
+from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.tools.arrays import Array
 
 K, KAPPA = 50.0, 1e-5
 SIDE = 2e-3

@@ -10,10 +10,10 @@ from scipy.interpolate import CubicSpline
 from scipy.special import erfc, iv, ivp, kv, kvp
 
 from tests.support.scenes import reference
-from thermoroll_cli.heat import recirculation
-from thermoroll_cli.heat.frictional_heat import match
-from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.heat.recirculation import (
+from thermoroll_cli.physics.heat import recirculation
+from thermoroll_cli.physics.heat.frictional_heat import match
+from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.physics.heat.recirculation import (
     RecirculatingResponse,
     Roller,
     Track,
@@ -24,7 +24,7 @@ from thermoroll_cli.heat.recirculation import (
     robin_roots,
     surface_slope,
 )
-from thermoroll_cli.numerics.grid import Grid, peak_value
+from thermoroll_cli.physics.numerics.grid import Grid, peak_value
 
 DRIVE = Roller(0.03, 0.02, 1, 30.0, 45.0, 1.2e-5, 1.56e-5, 0.3, convection=3000.0)
 

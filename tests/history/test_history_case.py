@@ -21,12 +21,12 @@ from tests.support.command_line import call, thermoroll
 from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
-from thermoroll_cli.history.course import History
-from thermoroll_cli.history.history_plan import plan_of
-from thermoroll_cli.history.kept_steps import journal_of
-from thermoroll_cli.history.solve import HistorySolver
+from thermoroll_cli.many_contacts.history.course import History
+from thermoroll_cli.many_contacts.history.history_plan import plan_of
+from thermoroll_cli.many_contacts.history.kept_steps import journal_of
+from thermoroll_cli.many_contacts.history.solve import HistorySolver
+from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.steady_state.fixed_point import fixed_point
 
 BALL: dict[str, Any] = {
     "material": {"youngs_modulus_GPa": 0.00256, "poisson_ratio": 0.28},
@@ -136,7 +136,7 @@ def test_a_table_over_time_is_drawn_and_reported_as_that_of_a_sweep(tmp_path: Pa
 
 
 def test_a_picture_that_is_not_drawn_is_not_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.sweeps.table_picture.MOST_DRAWN", 2)
+    monkeypatch.setattr("thermoroll_cli.studies.sweeps.table_picture.MOST_DRAWN", 2)
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 2})).to_toml())
     done = call("run", tmp_path / "ball.toml", "-o", tmp_path, "--plots", "summary")
     assert done.returncode == 0 and "no picture: more than 2 points" in done.stdout, done.stderr
@@ -283,7 +283,8 @@ def test_a_history_goes_on_with_all_that_it_remembers(
     case = Case.from_dict(ball(**{**tables, "history": {"steps": 6, **tables.get("history", {})}}))
     task, solved, stop = case.task, list[Any](), True
     assert isinstance(task, History)
-    monkeypatch.setattr("thermoroll_cli.history.steps.fixed_point", lambda *a, **k: solved.append(a) or fixed_point(*a, **k))
+    steps = "thermoroll_cli.many_contacts.history.steps"
+    monkeypatch.setattr(f"{steps}.fixed_point", lambda *a, **k: solved.append(a) or fixed_point(*a, **k))
 
     def report(stage: str, info: Any) -> None:
         if stop and info["grid"] == [16, 16] and len(solved) > 12:

@@ -17,16 +17,16 @@ from tests.support.problems import MECHANICAL, elastic
 from thermoroll_cli import Case, CaseError, read_result
 from thermoroll_cli.exact.hertz import line_contact
 from thermoroll_cli.exact.rolling_cylinders import saturation_creepage
-from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
-from thermoroll_cli.history.course import Course, History
-from thermoroll_cli.history.solve import HistorySolver
-from thermoroll_cli.history.steps import Steps
+from thermoroll_cli.many_contacts.history.course import Course, History
+from thermoroll_cli.many_contacts.history.solve import HistorySolver
+from thermoroll_cli.many_contacts.history.steps import Steps
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 STEEL = elastic(0.28)
 LOAD, FRICTION, LENGTH = 3e5, 0.3, 0.01

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from tests.support.problems import elastic, rolling, spheres
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.cattaneo_mindlin import cattaneo_mindlin
-from thermoroll_cli.history.course import Begin, Course, History
-from thermoroll_cli.history.steps import Moment, Steps
+from thermoroll_cli.many_contacts.history.course import Begin, Course, History
+from thermoroll_cli.many_contacts.history.steps import Moment, Steps
+from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.tools.arrays import Array
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "transient_creepages.json").read_text())
 WEIGHT, MU, RADIUS = 0.4705, 0.4, 0.16873

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from thermoroll_cli.numerics.convolution import Convolution, multiply, quadrant_symbol
+from thermoroll_cli.physics.numerics.convolution import Convolution, multiply, quadrant_symbol
 
 RANDOM = np.random.default_rng(20240521)
 

@@ -9,15 +9,15 @@ import pytest
 
 from tests.support.sampling import sampled
 from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation
-from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.convolution import counted, unfolded
+from thermoroll_cli.one_contact.refinement.plan import make_plan
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, Kinematics
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
+from thermoroll_cli.physics.numerics.convolution import counted, unfolded
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.physics.rolling.stick_inverse import StickInverse, run_starts
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
-from thermoroll_cli.steady_state.derived import DerivedQuantities, Kinematics
 
 PARITIES = [(1, -1), (-1, 1)]
 COMPLIANCE = ShearCompliance.of((1.0, 0.28), (2.0, 0.4))

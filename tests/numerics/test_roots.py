@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from thermoroll_cli.numerics.roots import RisingRoot
+from thermoroll_cli.physics.numerics.roots import RisingRoot
 
 
 def found(root: RisingRoot, function: Callable[[float], float], tolerance: float) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from thermoroll_cli.numerics.grid import Grid, value_at
+from thermoroll_cli.physics.numerics.grid import Grid, value_at
 
 GRID = Grid.over((16, 16), 1.0, 1.0)
 

@@ -14,10 +14,10 @@ from tests.support.wheelsets import FOLDER, case_named, outline_points
 from thermoroll_cli.cli.import_command import imported, solved
 from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.case_source import Override
+from thermoroll_cli.many_contacts.wheelset.placement import RailSide
 from thermoroll_cli.peer.deck import cases_in, read_deck
 from thermoroll_cli.peer.reference import reference_forces
 from thermoroll_cli.python_api import solve
-from thermoroll_cli.wheelset.placement import RailSide
 
 FIRST = """% Written for this test: Hertz's ellipse, steady rolling.
 

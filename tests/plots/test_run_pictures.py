@@ -126,7 +126,7 @@ def test_a_picture_that_cannot_be_written_says_so(tmp_path: pathlib.Path, monkey
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("thermoroll_cli.atomic.os.replace", interrupt)
+    monkeypatch.setattr("thermoroll_cli.tools.atomic.os.replace", interrupt)
     with pytest.raises(KeyboardInterrupt):
         draw(synthetic.result((8, 8)), tmp_path / "a")
     assert os.listdir(tmp_path) == []

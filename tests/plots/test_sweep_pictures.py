@@ -24,8 +24,8 @@ from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, wit
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import DIAGRAMS, unit_of
-from thermoroll_cli.sweeps import table_picture
-from thermoroll_cli.sweeps.table_picture import draw_table
+from thermoroll_cli.studies.sweeps import table_picture
+from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
 OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
 

@@ -20,8 +20,8 @@ import thermoroll_cli
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call
 from thermoroll_cli import Case, CaseError, Result, read_result, solve
-from thermoroll_cli.refinement.solve import solve as refinement_solve
-from thermoroll_cli.sweeps.points import MOST_POINTS
+from thermoroll_cli.one_contact.refinement.solve import solve as refinement_solve
+from thermoroll_cli.studies.sweeps.points import MOST_POINTS
 
 MECHANICAL_CASE = Case.parse(MECHANICAL)
 ROOT = Path(thermoroll_cli.__file__).parent.parent

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from tests.support.command_line import THERMAL, environment
-from thermoroll_cli.process import THREADS
+from thermoroll_cli.tools.process import THREADS
 
 
 def test_help_loads_neither_numpy_nor_matplotlib() -> None:
@@ -32,7 +32,7 @@ def test_commands_load_no_library_that_they_do_not_need(tmp_path: Path) -> None:
 
 def test_processes_that_only_solve_points_load_no_pictures() -> None:
     """What a worker of a sweep or a fit imports, with what it is sent; and a sweep, until it draws."""
-    program = ("import sys, thermoroll_cli.sweeps.sweep, thermoroll_cli.cli.sweep_command; "
+    program = ("import sys, thermoroll_cli.studies.sweeps.sweep, thermoroll_cli.cli.sweep_command; "
                "print(*({'matplotlib', 'scipy.optimize', 'scipy.interpolate'} & sys.modules.keys()))")  # fmt: skip
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "\n"
 

@@ -11,9 +11,9 @@ import pytest
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from tests.support.errors import relative
 from tests.support.scenes import accurate_to, article_4_1
+from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.names import GROUPS, SCALARS, of_contacts
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.solve import solve
 
 
 @cache

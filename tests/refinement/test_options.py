@@ -12,18 +12,18 @@ import pytest
 from scripts.benchmark.cases import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
 from tests.support.errors import relative
 from tests.support.scenes import article_4_1, on_grid, reference_problem
-from thermoroll_cli.numerics.grid import Domain
+from thermoroll_cli.one_contact.refinement.level import Level
+from thermoroll_cli.one_contact.refinement.neighbours import predicted
+from thermoroll_cli.one_contact.refinement.plan import grid_sequence
+from thermoroll_cli.one_contact.refinement.refine import carried, first_guess
+from thermoroll_cli.one_contact.refinement.solve import Solver, solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
+from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
+from thermoroll_cli.one_contact.steady_state.iteration import iterate
+from thermoroll_cli.physics.numerics.grid import Domain
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.level import Level
-from thermoroll_cli.refinement.neighbours import predicted
-from thermoroll_cli.refinement.plan import grid_sequence
-from thermoroll_cli.refinement.refine import carried, first_guess
-from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.rolling.rolling_gradient import RollingOptions
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
-from thermoroll_cli.steady_state.fixed_point import fixed_point
-from thermoroll_cli.steady_state.iteration import iterate
 
 CASE = reference_problem("article_3_1_case_5", 32)
 
@@ -99,7 +99,7 @@ def test_a_state_is_its_own_turn() -> None:
 
 
 def test_the_best_state_is_returned_with_its_residual_where_iterations_run_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.steady_state.fixed_point.MOST_ITERATIONS", 3)
+    monkeypatch.setattr("thermoroll_cli.one_contact.steady_state.fixed_point.MOST_ITERATIONS", 3)
     options = SolverOptions()
     discretisation = Discretisation(DerivedQuantities(article_4_1(24)), (24, 24), 2.2, options=options)
     isothermal = fixed_point(discretisation, first_guess(discretisation, None, hot=False), options.tolerances).contact
@@ -166,7 +166,7 @@ def errors_of_start(level: Level, coarse: Level | None, levels: Sequence[Level])
 def test_what_a_coarser_grid_has_learnt_saves_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its secants, and its first residual in place of the largest one."""
     work = [solve(article_4_1(64)).work["levels"][-1]]
-    monkeypatch.setattr("thermoroll_cli.refinement.refine.learnt", lambda *known: None)
+    monkeypatch.setattr("thermoroll_cli.one_contact.refinement.refine.learnt", lambda *known: None)
     work.append(solve(article_4_1(64)).work["levels"][-1])
     assert work[0]["coupling_iterations"] < work[1]["coupling_iterations"]
     assert work[0]["coupled_applications"] < 0.8 * work[1]["coupled_applications"]

@@ -12,14 +12,14 @@ import pytest
 from tests.support.errors import relative
 from tests.support.profiles import CROWN, below
 from tests.support.scenes import STEEL, ellipse, rolling, saturation
-from thermoroll_cli.numerics.grid import between_sides, peak_inside, peak_value
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.numerics.grid import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import TEMPERATURES, error_scale
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 HOT = rolling(grid=32, creepage=(1e-3, 4e-4), spin=0.2, speed=2.0, heating=Heating(bulk_upper=30.0))
 

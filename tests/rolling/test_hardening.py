@@ -11,13 +11,13 @@ import pytest
 
 from tests.support.problems import rolling
 from thermoroll_cli import Case, CaseError, solve
-from thermoroll_cli.history.course import Course, History
-from thermoroll_cli.history.steps import Steps
+from thermoroll_cli.many_contacts.history.course import Course, History
+from thermoroll_cli.many_contacts.history.steps import Steps
+from thermoroll_cli.one_contact.refinement.solve import solve as solve_problem
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.rolling.hardening import Hardening
 from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.refinement.solve import solve as solve_problem
-from thermoroll_cli.rolling.hardening import Hardening
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 CREEPAGE = "creepage.longitudinal"
 

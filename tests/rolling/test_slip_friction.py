@@ -12,13 +12,13 @@ from tests.support.errors import relative
 from tests.support.scenes import reference
 from thermoroll_cli import Case
 from thermoroll_cli.exact.hertz import hertz_contact
+from thermoroll_cli.one_contact.refinement.solve import Solver, solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.rolling.slip_friction import SlipFriction
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.rolling.slip_friction import SlipFriction
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 FALLING, WINKLER, SLOPE, BRANCHES = (
     reference(f"friction_{name}") for name in ("falling", "winkler", "layer_slope", "branches"))

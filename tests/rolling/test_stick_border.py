@@ -11,8 +11,8 @@ import pytest
 from tests.support.scenes import CASES, article_4_1, elastic, reference_problem, rolling, saturation, solved
 from tests.support.strips import CYLINDERS, carter_strip
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
-from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.rolling.element_borders import stick_share
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
+from thermoroll_cli.physics.rolling.element_borders import stick_share
 
 REFERENCES = json.loads((Path(__file__).parents[2] / "scripts" / "benchmark" / "references.json").read_text())["cases"]
 G, NU, FRICTION = elastic(0.28).shear_modulus, 0.28, 0.3

@@ -27,13 +27,13 @@ from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import element_averages, line_contact
 from thermoroll_cli.exact.kalker import TABLE, full_slip_creepages
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
-from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
+from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.physics.rolling.newton import TangentialProblem
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Motion
-from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 CONTACT = reference("contact_rolling")["cases"]
 FINE = reference("rolling_fine")["cases"]

@@ -15,24 +15,24 @@ from tests.support.errors import relative
 from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, reference
 from tests.support.strips import solve_cell
-from thermoroll_cli.contact.normal_contact import NormalSolver
-from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz import HertzContact, element_averages, hertz_contact, shear_gradients
-from thermoroll_cli.halfspace.coatings import Coatings
-from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
-from thermoroll_cli.numerics.grid import Grid, Prolongation
+from thermoroll_cli.one_contact.refinement.plan import make_plan
+from thermoroll_cli.one_contact.refinement.warnings import unresolved_coatings
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
+from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.contact.shear_coupling import NormalShearCoupling
+from thermoroll_cli.physics.halfspace.coatings import Coatings
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, shear_tables
+from thermoroll_cli.physics.numerics.grid import Grid, Prolongation
+from thermoroll_cli.physics.rolling.element_borders import known_gradient
+from thermoroll_cli.physics.rolling.newton import TangentialProblem
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.warnings import unresolved_coatings
-from thermoroll_cli.rolling.element_borders import known_gradient
-from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 
 INDENTATION, ROLLING = reference("layered_indentation")["rows"], reference("layered_rolling")["linear"]
 STEEL, RIGID = Material(210e9, 0.3), Material(1e25, 0.0)

@@ -17,10 +17,10 @@ from tests.support.scenes import elastic, order, rolling, solved
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.result.outcome import read_result
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 GROOVE = Geometry(0.022, -0.006604, 0.00635, 0.00635)
 CASE = Path(thermoroll_cli.__file__).parent.parent / "cases" / "ball_in_groove.toml"

@@ -15,14 +15,14 @@ from tests.support.command_line import call
 from tests.support.profiles import points
 from tests.support.scenes import MECHANICAL, STEEL, elastic, reference, rolling, solved, spheres
 from thermoroll_cli.files.case import Case
+from thermoroll_cli.one_contact.refinement.plan import make_plan
+from thermoroll_cli.one_contact.refinement.solve import Solver, solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.rolling import differential_slip as module
+from thermoroll_cli.physics.rolling.differential_slip import differential_slip
 from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Motion, Problem
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.rolling import differential_slip as module
-from thermoroll_cli.rolling.differential_slip import differential_slip
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 REFERENCES = reference("differential_slip")["cases"]
 FORCES = ("force_x_N", "force_y_N")

@@ -11,24 +11,30 @@ import pytest
 from scipy.integrate import dblquad
 
 from tests.support.scenes import MECHANICAL, STEEL, ellipse, on_grid, order, reference, spheres
-from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact import rolling_cylinders, spence
 from thermoroll_cli.exact.hertz import element_averages, line_contact
-from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant, coupling_tables, normal_table, shear_tables
-from thermoroll_cli.halfspace.thermal import temperature_table
-from thermoroll_cli.numerics.grid import UPSTREAM_WEIGHTS, Grid
+from thermoroll_cli.one_contact.refinement.plan import make_plan
+from thermoroll_cli.one_contact.refinement.solve import Solver, solve
+from thermoroll_cli.one_contact.refinement.warnings import tangential_expansion
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, Tolerances
+from thermoroll_cli.physics.contact.shear_coupling import NormalShearCoupling
+from thermoroll_cli.physics.halfspace.elastic import (
+    ShearCompliance,
+    coupling_constant,
+    coupling_tables,
+    normal_table,
+    shear_tables,
+)
+from thermoroll_cli.physics.halfspace.thermal import temperature_table
+from thermoroll_cli.physics.numerics.grid import UPSTREAM_WEIGHTS, Grid
+from thermoroll_cli.physics.rolling.newton import TangentialProblem
+from thermoroll_cli.physics.rolling.rolling_gradient import DIFFERENCE_OFFSETS, RollingGradient
+from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.refinement.warnings import tangential_expansion
-from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import DIFFERENCE_OFFSETS, RollingGradient
-from thermoroll_cli.rolling.rolling_solver import RollingSolver
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 
 CASES = ("polymer_lower", "free_rolling", "alu_ceramic_mixed")
 POLYMER, CERAMIC = Material(5e9, 0.4, 0.3, 100e-6, 0.15e-6), Material(310e9, 0.26, 30.0, 3.2e-6, 9.4e-6)
@@ -495,7 +501,7 @@ def test_tangential_expansion_estimate():
     x, y = np.meshgrid(grid.x, grid.y, indexing="ij")
     flux = np.sqrt(np.maximum(1.0 - x**2 - y**2, 0.0))
     inside = x**2 + y**2 < 0.9
-    from thermoroll_cli.numerics.convolution import Convolution
+    from thermoroll_cli.physics.numerics.convolution import Convolution
 
     convolution = Convolution(n, n)
 

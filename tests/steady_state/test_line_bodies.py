@@ -11,17 +11,17 @@ import pytest
 from scipy.integrate import quad
 
 from tests.support.problems import MECHANICAL, elastic
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hunter import hunter
-from thermoroll_cli.halfspace.coatings import Coatings
-from thermoroll_cli.halfspace.layered import LayeredBody
-from thermoroll_cli.halfspace.layered_stress import element_stresses
-from thermoroll_cli.halfspace.layered_thermal import LayeredHeat
-from thermoroll_cli.halfspace.relaxing import Relaxing
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.physics.halfspace.coatings import Coatings
+from thermoroll_cli.physics.halfspace.layered import LayeredBody
+from thermoroll_cli.physics.halfspace.layered_stress import element_stresses
+from thermoroll_cli.physics.halfspace.layered_thermal import LayeredHeat
+from thermoroll_cli.physics.halfspace.relaxing import Relaxing
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem, SubsurfaceRequest
-from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.tools.arrays import Array
 
 DX, COUNT = 0.1, 9
 STEEL = Material(206e9, 0.28, 46.6, 11.7e-6, 12.5e-6)

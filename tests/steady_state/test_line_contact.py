@@ -13,9 +13,12 @@ from scipy.special import k0e
 from tests.support.problems import MECHANICAL, elastic
 from thermoroll_cli.exact.hertz import line_contact
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
-from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_tables, normal_table, shear_tables
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, coupling_tables, normal_table, shear_tables
+from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
+from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import (
@@ -30,9 +33,6 @@ from thermoroll_cli.problem.problem import (
     WornBody,
 )
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 
 STEEL = elastic(0.28)
 FRICTION, LOAD = 0.3, 3e5

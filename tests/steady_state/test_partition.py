@@ -13,18 +13,18 @@ from tests.support.command_line import THERMAL
 from tests.support.errors import relative
 from tests.support.scenes import STEEL, article_4_1, order, rolling, solved
 from thermoroll_cli.exact.moving_sources import band_temperature, circle_mean_temperature, effusivity
-from thermoroll_cli.heat.frictional_heat import match
-from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
-from thermoroll_cli.numerics.convolution import counted
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
+from thermoroll_cli.one_contact.steady_state.iteration import DIVISION
+from thermoroll_cli.physics.heat.frictional_heat import match
+from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.physics.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
+from thermoroll_cli.physics.numerics.convolution import counted
+from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material, Motion
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.iteration import DIVISION
 
 K, KAPPA, RADIUS = 50.2, 10e-6, 1e-4
 MATCHED = Heating(partition="matched")
@@ -423,7 +423,7 @@ def test_iterations_divide_heat_as_closely_as_their_tractions_are_known(monkeypa
     problem = rolling(grid=32, creepage=(1.0, 0.0), speed=20.0, heating=MATCHED)
     transforms, results = [], []
     for division in (DIVISION, 1e-2 * DIVISION):
-        monkeypatch.setattr("thermoroll_cli.steady_state.iteration.DIVISION", division)
+        monkeypatch.setattr("thermoroll_cli.one_contact.steady_state.iteration.DIVISION", division)
         before = counted.transforms
         results.append(solve(problem))
         transforms.append(counted.transforms - before)

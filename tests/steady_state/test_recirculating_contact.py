@@ -8,14 +8,15 @@ import pytest
 
 from scripts.figures.figures_recirculation import CASES
 from tests.support.scenes import rolling, solved, twin_disc, wheel_on_rail
-from thermoroll_cli.heat.recirculation import Track
+from thermoroll_cli.one_contact.refinement.plan import make_plan
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state import heated_bodies
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.heated_bodies import rollers
+from thermoroll_cli.physics.heat.recirculation import Track
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, ReturningTrack
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.heated_bodies import rollers
 
 
 def test_wheel_on_rail():
@@ -169,11 +170,8 @@ def test_a_ring_brings_heat_back_through_its_bore():
         make_plan(replace(ring, heating=replace(ring.heating, lower_track=ReturningTrack(0.01, convection=30.0))))
 
 
-def test_off_is_off():
-    import subprocess
-    import sys
-
-    code = ("import sys; from tests.support.scenes import wheel_on_rail; "
-            "from thermoroll_cli.refinement.solve import solve; assert solve(wheel_on_rail(16, upper_track=None)).converged; "
-            "assert not [m for m in sys.modules if 'solvers.recirculation' in m]")
-    subprocess.run([sys.executable, "-c", code], check=True)
+def test_bodies_that_do_not_return_build_nothing_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(heated_bodies, "RecirculatingResponse")
+    assert solve(wheel_on_rail(16, upper_track=None)).converged
+    with pytest.raises(NameError):
+        solve(wheel_on_rail(16))

@@ -16,14 +16,14 @@ from tests.support.scenes import MECHANICAL, accurate_to, reference, solved
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hunter import hunter
 from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.one_contact.refinement.error_estimates import missed_accuracy
+from thermoroll_cli.one_contact.refinement.plan import make_plan
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.relaxation import Series
-from thermoroll_cli.refinement.error_estimates import missed_accuracy
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
 
 STEEL = Material(210e9, 0.3)
 CASES = Path(__file__).parents[2] / "cases"

@@ -12,14 +12,14 @@ import pytest
 
 from tests.support.scenes import CASES, elastic, ellipse, order, reference_problem, rolling, solved, spin_ellipse
 from thermoroll_cli.exact.hertz import hertz_contact, shear_gradients
-from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
+from thermoroll_cli.one_contact.steady_state.traction import Window
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
+from thermoroll_cli.physics.rolling.element_borders import block_product, continued_gradient, edge_compliance, known_gradient
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.rolling.element_borders import block_product, continued_gradient, edge_compliance, known_gradient
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.traction import Window
 
 REFERENCES = json.loads((Path(__file__).parents[2] / "scripts" / "benchmark" / "references.json").read_text())["cases"]
 SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}

@@ -9,23 +9,23 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, spheres, twin_disc
-from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.heat import heat_response
-from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.refinement.expected_heat import bulge_bound, deformation_effect
+from thermoroll_cli.one_contact.refinement.plan import make_plan
+from thermoroll_cli.one_contact.refinement.refine import first_guess
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, Tolerances
+from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
+from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.physics.heat import heat_response
+from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.expected_heat import bulge_bound, deformation_effect
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.refine import first_guess
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
-from thermoroll_cli.steady_state.fixed_point import fixed_point
+from thermoroll_cli.tools.arrays import Array
 
 CREEPAGE = (0.0016, 0.0004)
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation, solved
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.physics.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
+from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Motion
 
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6

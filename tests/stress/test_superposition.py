@@ -11,14 +11,14 @@ import pytest
 
 from tests.support.interpolation import at_point
 from thermoroll_cli.exact.hertz import HertzContact, element_averages, hertz_contact
-from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
-from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
-from thermoroll_cli.halfspace.thermal import temperature_at_depths
-from thermoroll_cli.numerics.convolution import counted
-from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.refinement.subsurface_stage import SurfaceLoad
-from thermoroll_cli.stress.strength import principal_and_shear, von_mises
-from thermoroll_cli.stress.superposition import ElasticStresses, Sharpened, StressTransforms, ThermalStresses, averaging
+from thermoroll_cli.one_contact.refinement.subsurface_stage import SurfaceLoad
+from thermoroll_cli.physics.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
+from thermoroll_cli.physics.halfspace.subsurface_thermal import thermal_stress
+from thermoroll_cli.physics.halfspace.thermal import temperature_at_depths
+from thermoroll_cli.physics.numerics.convolution import counted
+from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.physics.stress.strength import principal_and_shear, von_mises
+from thermoroll_cli.physics.stress.superposition import ElasticStresses, Sharpened, StressTransforms, ThermalStresses, averaging
 
 FIELDS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_fields.json").read_text())
 NU = 0.3

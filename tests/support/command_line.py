@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
-from thermoroll_cli.process import THREADS
+from thermoroll_cli.tools.process import THREADS
 
 MECHANICAL = """\
 title = "Two spheres"

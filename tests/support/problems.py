@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 from scipy.special import elliprd
 
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 STEEL = Material(210e9, 0.28, 50.2, 11.7e-6, 10e-6)
 MECHANICAL = Heating(heat=False, deformation=False)

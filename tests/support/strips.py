@@ -7,10 +7,10 @@ import numpy as np
 from tests.support.scenes import elastic
 from thermoroll_cli.exact.hertz import line_contact
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
-from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.rolling.rolling_solver import RollingSolver, TangentialSolution
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
+from thermoroll_cli.physics.rolling.newton import TangentialProblem
+from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver, TangentialSolution
 
 CYLINDERS = line_contact(20.0, 1.0 / (2.0 * (1.0 - 0.28**2) / 210e9), 3e5)
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from thermoroll_cli.files.profile_file import read_outline
-from thermoroll_cli.wheelset.curves import Points
-from thermoroll_cli.wheelset.kinematics import MotionOfWheelset
-from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
-from thermoroll_cli.wheelset.search import Facing
+from thermoroll_cli.many_contacts.wheelset.curves import Points
+from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
+from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
+from thermoroll_cli.many_contacts.wheelset.search import Facing
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "tests" / "reference" / "wheelset"

@@ -13,9 +13,9 @@ import pytest
 
 from tests.support.command_line import call as invoke
 from thermoroll_cli import Case, fit, sweep
-from thermoroll_cli.sweeps.fit import Parameter
-from thermoroll_cli.sweeps.measured import Measured
-from thermoroll_cli.tasks.runner import Processes
+from thermoroll_cli.studies.sweeps.fit import Parameter
+from thermoroll_cli.studies.sweeps.measured import Measured
+from thermoroll_cli.tools.runner import Processes
 
 CASE = {
     "material": {"youngs_modulus_GPa": 205.0, "poisson_ratio": 0.29},

@@ -18,7 +18,7 @@ import xarray
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, environment
 from tests.support.datasets import datasets
 from thermoroll_cli import Case, sweep
-from thermoroll_cli.sweeps.sweep import JOURNAL_NAME
+from thermoroll_cli.studies.sweeps.sweep import JOURNAL_NAME
 
 KEYS = ("creepage.longitudinal", "creepage.lateral")
 LATERAL, LONGITUDINAL = 4, 6

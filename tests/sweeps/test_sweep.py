@@ -22,10 +22,10 @@ import pytest
 
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
 from tests.support.datasets import datasets
-from thermoroll_cli.atomic import WriteError
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import OVER_LIMIT, PROBLEM_SCALARS, SCALARS
-from thermoroll_cli.tasks.runner import Item, _Cluster
+from thermoroll_cli.tools.atomic import WriteError
+from thermoroll_cli.tools.runner import Item, _Cluster
 
 HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npeclet = "stationary"\ndeformation = false\n'
 """The article's hot spheres."""
@@ -259,7 +259,7 @@ def test_a_cluster_gives_the_serial_files_and_may_lose_one(workers: int, case: P
 
 
 def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.tasks.runner.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("thermoroll_cli.tools.runner.CONNECT_SECONDS", 0.5)
     for address in ("tcp://127.0.0.1:1", "nonsense://x", "foo"):
         done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", address)
         assert (done.returncode, done.stdout) == (5, "")

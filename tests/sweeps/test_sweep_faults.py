@@ -25,13 +25,13 @@ from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, c
 from tests.support.sampling import sampled
 from tests.support.tasks import DeadlyTask, SlowDiskTask
 from thermoroll_cli import atomic
-from thermoroll_cli.atomic import WriteError
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.sweeps.points import Points, parse_axes
-from thermoroll_cli.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Batch, Pending
-from thermoroll_cli.tasks.journal import Journal, JournalError
-from thermoroll_cli.tasks.runner import Workers, run
+from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.studies.sweeps.points import Points, parse_axes
+from thermoroll_cli.studies.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Batch, Pending
+from thermoroll_cli.tools.atomic import WriteError
+from thermoroll_cli.tools.journal import Journal, JournalError
+from thermoroll_cli.tools.runner import Workers, run
 
 OVER = ("--over", "creepage.longitudinal=0.001:0.002:3", "--no-plots")
 UNCOMPILED = {"PYTHONDONTWRITEBYTECODE": "1"}
@@ -260,7 +260,7 @@ def test_two_sweeps_in_one_folder(case: Path, finished: Path) -> None:
 
 
 def test_a_full_disk_keeps_what_was_finished(case: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from thermoroll_cli.tasks import journal
+    from thermoroll_cli.tools import journal
 
     good = journal.write_bytes
 
@@ -372,7 +372,7 @@ def test_a_start_that_fails_leaves_the_last_sweep_as_it_was(
     case: Path, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = {path.name: path.read_bytes() for path in finished.iterdir()}
-    monkeypatch.setattr("thermoroll_cli.sweeps.sweep.run", refused)
+    monkeypatch.setattr("thermoroll_cli.studies.sweeps.sweep.run", refused)
     assert call("sweep", case, *OVER, "-o", finished).returncode == 5
     assert {path.name: path.read_bytes() for path in finished.iterdir()} == before
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case import Case, CaseError
-from thermoroll_cli.refinement.plan import leaves_out_deformation
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.sweeps.points import LARGEST_BATCH, Axis, Points, key_of, parse_axes, read_points
+from thermoroll_cli.one_contact.refinement.plan import leaves_out_deformation
+from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.studies.sweeps.points import LARGEST_BATCH, Axis, Points, key_of, parse_axes, read_points
 
 
 @pytest.fixture

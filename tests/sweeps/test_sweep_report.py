@@ -13,8 +13,8 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.cli.tables import FAILED, wrapped
+from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.problem.scalar_errors import with_error, worth_showing
-from thermoroll_cli.refinement.solve import Solver
 
 HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'
 

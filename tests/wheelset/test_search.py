@@ -11,14 +11,14 @@ import pytest
 
 from tests.support.wheelsets import ROOT, case_named, contact_cases, facing_beside, outline_points, side_of
 from thermoroll_cli import Case
+from thermoroll_cli.many_contacts.wheelset.curves import ProfileCurve
+from thermoroll_cli.many_contacts.wheelset.first_contact import wheelset_warnings
+from thermoroll_cli.many_contacts.wheelset.indentation import _grid
+from thermoroll_cli.many_contacts.wheelset.kinematics import Slip, creepages, directions
+from thermoroll_cli.many_contacts.wheelset.patch_surface import patches_of
+from thermoroll_cli.many_contacts.wheelset.placement import Position, WheelSide, locus
+from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.wheelset.curves import ProfileCurve
-from thermoroll_cli.wheelset.first_contact import wheelset_warnings
-from thermoroll_cli.wheelset.indentation import _grid
-from thermoroll_cli.wheelset.kinematics import Slip, creepages, directions
-from thermoroll_cli.wheelset.patch_surface import patches_of
-from thermoroll_cli.wheelset.placement import Position, WheelSide, locus
-from thermoroll_cli.wheelset.search import Facing
 
 JOINED = ("joined", "right y=5.0", "right y=5.0 without yaw")
 """CONTACT makes one patch of two in these cases."""

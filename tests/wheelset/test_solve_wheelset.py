@@ -17,22 +17,22 @@ import pytest
 from tests.support.command_line import call
 from tests.support.errors import relative
 from tests.support.wheelsets import ROOT, case_named, facing_beside, outline_points
-from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.numerics.convolution import counted
+from thermoroll_cli.many_contacts.wheelset.patch_surface import section
+from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.many_contacts.wheelset.wheelset_result import WheelsetSolver, solve_wheelset
+from thermoroll_cli.one_contact.refinement.solve import solve as solve_problem
+from thermoroll_cli.physics.contact.contact_scales import contact_scales
+from thermoroll_cli.physics.numerics.convolution import counted
 from thermoroll_cli.plots.wheelset_figures import patches_figure
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import solve
-from thermoroll_cli.refinement.solve import solve as solve_problem
-from thermoroll_cli.wheelset.patch_surface import section
-from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetSolver, solve_wheelset
 
 TEXT = f"""
 title = "Manchester"

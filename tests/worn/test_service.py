@@ -16,14 +16,14 @@ from matplotlib.figure import Figure
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT
 from thermoroll_cli import Case, CaseError, read_result, solve, wear
+from thermoroll_cli.many_contacts.wheelset.curves import curve
+from thermoroll_cli.one_contact.steady_state.scalars import worn_per_passage
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.service_figure import draw_service
-from thermoroll_cli.steady_state.scalars import worn_per_passage
-from thermoroll_cli.tasks.journal import JournalError
-from thermoroll_cli.wheelset.curves import curve
-from thermoroll_cli.worn.follow import Evolution
-from thermoroll_cli.worn.outlines import Outline, flange
-from thermoroll_cli.worn.service import depths_of, outlines_of, wearing
+from thermoroll_cli.studies.worn.follow import Evolution
+from thermoroll_cli.studies.worn.outlines import Outline, flange
+from thermoroll_cli.studies.worn.service import depths_of, outlines_of, wearing
+from thermoroll_cli.tools.journal import JournalError
 
 RATE = 1e-5
 SHIFT, YAW = "wheelset.lateral_shift_mm", "wheelset.yaw_mrad"

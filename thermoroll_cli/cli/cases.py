@@ -11,14 +11,14 @@ from typing import Annotated
 
 import typer
 
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.case_schema import case_schema
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.python_api import KINDS
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.worn.service import positions_of
+from thermoroll_cli.studies.worn.service import positions_of
+from thermoroll_cli.tools.atomic import write_bytes
 
 TEMPLATES = {
     "wheel-rail": "a wheel on a rail",

@@ -11,9 +11,9 @@ import typer
 from thermoroll_cli.cli import options
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.files.csv_table import write_rows
+from thermoroll_cli.many_contacts.wheelset.conicity import NUMBERS
 from thermoroll_cli.python_api import conicity as conicity_of
-from thermoroll_cli.sweeps.points import Axis
-from thermoroll_cli.wheelset.conicity import NUMBERS
+from thermoroll_cli.studies.sweeps.points import Axis
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section

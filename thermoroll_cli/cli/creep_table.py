@@ -16,13 +16,13 @@ from thermoroll_cli.cli.commands import HELP_OPTIONS
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
-from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
-from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, read_table, write_csv, write_table
 from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.problem.friction import FrictionLaw
-from thermoroll_cli.sweeps.points import Axis
-from thermoroll_cli.tasks.runner import Workers
+from thermoroll_cli.studies.creep_table.build import TablePlan, build_table, journal_path
+from thermoroll_cli.studies.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
+from thermoroll_cli.studies.creep_table.table_file import DEFAULT_ASPECTS, Axes, read_table, write_csv, write_table
+from thermoroll_cli.studies.sweeps.points import Axis
+from thermoroll_cli.tools.runner import Workers
 
 Given = TypeVar("Given")
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."

@@ -15,8 +15,8 @@ from thermoroll_cli.files.case import case_name
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.scalar_errors import with_error
-from thermoroll_cli.sweeps import fit as fitting
-from thermoroll_cli.sweeps.measured import Measured
+from thermoroll_cli.studies.sweeps import fit as fitting
+from thermoroll_cli.studies.sweeps.measured import Measured
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 import typer
 
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import PointsProgress
@@ -20,6 +19,7 @@ from thermoroll_cli.peer.deck import read_deck
 from thermoroll_cli.peer.reference import output_beside, reference_forces
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.python_api import solve
+from thermoroll_cli.tools.atomic import write_bytes
 
 
 @dataclass(frozen=True)

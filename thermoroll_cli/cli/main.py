@@ -15,7 +15,7 @@ from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.commands import app
 from thermoroll_cli.cli.streams import ClosedOutput, ExitCode
 from thermoroll_cli.files.case_errors import CaseError
-from thermoroll_cli.process import Interrupted, noted, one_thread, safe_point, stoppable
+from thermoroll_cli.tools.process import Interrupted, noted, one_thread, safe_point, stoppable
 
 UsageError: Any = typer.BadParameter.mro()[1]
 """Of click, or of what typer has in its place."""

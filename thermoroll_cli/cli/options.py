@@ -171,7 +171,7 @@ def check_cluster(address: str, jobs: int) -> None:
     if jobs > 1 and address:
         raise typer.BadParameter("the cluster decides how many workers there are", param_hint="--jobs")
     if address:
-        from thermoroll_cli.tasks.runner import check_dask
+        from thermoroll_cli.tools.runner import check_dask
 
         try:
             check_dask()

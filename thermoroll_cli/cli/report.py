@@ -16,12 +16,12 @@ import typer
 from PIL import Image
 
 from thermoroll_cli import __version__
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.results import check_no_cases
 from thermoroll_cli.cli.tables import assembly_rows, swept_text, warnings_by_kind
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.table_file import read_stored
+from thermoroll_cli.many_contacts.wheelset.conicity import NUMBERS, Conicity
 from thermoroll_cli.plots.conicity_figure import draw_conicity
 from thermoroll_cli.plots.pictures import draw, kinds_of
 from thermoroll_cli.plots.sweep_figures import numbers, rows_of
@@ -47,8 +47,8 @@ from thermoroll_cli.problem.scalar_errors import (
     scalar_text,
     worth_showing,
 )
-from thermoroll_cli.sweeps.table_picture import draw_table
-from thermoroll_cli.wheelset.conicity import NUMBERS, Conicity
+from thermoroll_cli.studies.sweeps.table_picture import draw_table
+from thermoroll_cli.tools.atomic import write_bytes
 
 DPI = 150
 MOST_ROWS = 100

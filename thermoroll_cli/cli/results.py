@@ -54,8 +54,8 @@ def plot(
     """Draw the pictures of results and sweeps again."""
     from thermoroll_cli.files.table_file import read_stored
     from thermoroll_cli.plots.pictures import draw, kinds_of
-    from thermoroll_cli.sweeps.measured import Measured
-    from thermoroll_cli.sweeps.table_picture import draw_table
+    from thermoroll_cli.studies.sweeps.measured import Measured
+    from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
     check_no_cases(results)
     endings, stems = options.image_formats(formats), [_stem(path, output) for path in results]

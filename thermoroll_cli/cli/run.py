@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Progress
@@ -20,15 +19,16 @@ from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
-from thermoroll_cli.history.course import History
-from thermoroll_cli.history.kept_steps import journal_of
-from thermoroll_cli.history.solve import HistorySolver
+from thermoroll_cli.many_contacts.history.course import History
+from thermoroll_cli.many_contacts.history.kept_steps import journal_of
+from thermoroll_cli.many_contacts.history.solve import HistorySolver
+from thermoroll_cli.one_contact.refinement.plan import COARSEST
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
-from thermoroll_cli.process import Interrupted
 from thermoroll_cli.python_api import KINDS, solve
-from thermoroll_cli.refinement.plan import COARSEST
+from thermoroll_cli.tools.atomic import write_bytes
+from thermoroll_cli.tools.process import Interrupted
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section
@@ -160,7 +160,7 @@ def _run_case(
         yield from pictures.draw(result, to.folder / case.name, kinds=kinds, formats=options.image_formats(to.formats),
                                  dpi=to.dpi, normalised=normalised)
         if (columns := result.history) is not None:
-            from thermoroll_cli.sweeps.table_picture import draw_table
+            from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
             yield from to.drawn(f"{case.name}_history", lambda path: draw_table(columns, path, dpi=to.dpi))
 

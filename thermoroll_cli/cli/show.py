@@ -10,13 +10,13 @@ from thermoroll_cli.files.case import Case, shown
 from thermoroll_cli.files.history_file import history_words
 from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.files.relaxation_file import series_words
-from thermoroll_cli.history.history_plan import HistoryPlan
+from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
+from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
+from thermoroll_cli.one_contact.refinement.plan import Plan
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import number
 from thermoroll_cli.python_api import KINDS
-from thermoroll_cli.refinement.expected_heat import expected_temperature_warning
-from thermoroll_cli.refinement.plan import Plan
 
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",

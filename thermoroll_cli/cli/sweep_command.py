@@ -15,11 +15,11 @@ from thermoroll_cli.cli.tables import SHOWN_ROWS, sweep_table, warnings_by_kind
 from thermoroll_cli.exact.kalker import THEORIES
 from thermoroll_cli.files.case import CaseError, Override, case_name, shown
 from thermoroll_cli.files.table_file import read_table
-from thermoroll_cli.sweeps.measured import Measured
-from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, parse_axes, read_points
-from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
-from thermoroll_cli.sweeps.table import Row, Rows, columns_of
-from thermoroll_cli.tasks.runner import Workers
+from thermoroll_cli.studies.sweeps.measured import Measured
+from thermoroll_cli.studies.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, parse_axes, read_points
+from thermoroll_cli.studies.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
+from thermoroll_cli.studies.sweeps.table import Row, Rows, columns_of
+from thermoroll_cli.tools.runner import Workers
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section
@@ -90,7 +90,7 @@ def sweep(
     table = columns_of(rows, _title(points))
 
     def draw() -> list[Path]:
-        from thermoroll_cli.sweeps.table_picture import draw_table
+        from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
         try:
             return to.drawn("sweep", lambda path: draw_table(table, path, compare=theories, dpi=dpi, measured=measured))

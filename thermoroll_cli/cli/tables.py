@@ -35,8 +35,8 @@ from thermoroll_cli.problem.scalar_errors import (
 
 if TYPE_CHECKING:
     from thermoroll_cli.problem.result import Result
-    from thermoroll_cli.sweeps.points import Points
-    from thermoroll_cli.sweeps.table import Row
+    from thermoroll_cli.studies.sweeps.points import Points
+    from thermoroll_cli.studies.sweeps.table import Row
 
 BALLS = ("normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa", "Q_F_W")
 """Columns of the table of the balls of a bearing."""

@@ -15,9 +15,9 @@ from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.problem.names import UNCERTAINTY, column_of, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
-from thermoroll_cli.worn.follow import Evolution, asked_of
-from thermoroll_cli.worn.follow import wear as follow
-from thermoroll_cli.worn.service import wearing
+from thermoroll_cli.studies.worn.follow import Evolution, asked_of
+from thermoroll_cli.studies.worn.follow import wear as follow
+from thermoroll_cli.studies.worn.service import wearing
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section

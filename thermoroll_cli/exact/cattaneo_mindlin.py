@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import check_positive
+from thermoroll_cli.tools.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import beta, hyp2f1
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import check_positive, hertz_contact
+from thermoroll_cli.tools.arrays import Array
 
 TERMS = 12
 """γ_p is then good to 1e-6 and the radius to 3e-5 (its error falls like 1/terms⁴), also where the contact has shrunk to a

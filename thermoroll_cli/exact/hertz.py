@@ -33,7 +33,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 from scipy.special import elliprd, elliprf
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.tools.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import check_positive
+from thermoroll_cli.tools.arrays import Array
 
 NODES = 400
 """Gauss points of the integrals."""

@@ -25,8 +25,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import HertzContact, check_positive
+from thermoroll_cli.tools.arrays import Array
 
 THEORIES = {"linear": "Kalker's linear theory", "fastsim": "FASTSIM", "polach": "Polach"}
 """Theories of creep forces, and their words."""

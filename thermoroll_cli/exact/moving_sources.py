@@ -61,8 +61,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import ellipe, ellipk, ellipkm1, elliprf, erf, erfc, ive, j1, jv, wrightomega
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import check_positive
+from thermoroll_cli.tools.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import math
 import numpy as np
 import scipy
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.tools.arrays import Array
 
 FRICTION = np.array([0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6])
 """|F|/W of the curves of the circular contact."""

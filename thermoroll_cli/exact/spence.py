@@ -25,7 +25,7 @@ from numpy.polynomial.legendre import leggauss
 from scipy.optimize import newton
 from scipy.special import ellipe, ellipk, ellipkm1
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.tools.arrays import Array
 
 PUBLISHED_FRICTION = 0.2986
 """μ at which a rigid sphere on a body with ν = 0 (β = ½) sticks in c/a = ½ (Spence 1975; Kalker 1990, Fig. 5.25)."""

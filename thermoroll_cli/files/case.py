@@ -14,7 +14,6 @@ from typing import Any
 
 import tomli_w
 
-from thermoroll_cli.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import bearing_of
 from thermoroll_cli.files.case_check import validate
@@ -34,10 +33,11 @@ from thermoroll_cli.files.case_wheelset import wheelset_of
 from thermoroll_cli.files.history_file import RecordOverTime
 from thermoroll_cli.files.profile_file import Reading
 from thermoroll_cli.files.relaxation_file import MeasuredSeries
-from thermoroll_cli.history.course import History
+from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
+from thermoroll_cli.many_contacts.history.course import History
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 __all__ = ["Case", "CaseError", "Finding", "Override", "case_name", "solvable"]
 

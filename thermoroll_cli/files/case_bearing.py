@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from thermoroll_cli.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.files.case_errors import Fault
 from thermoroll_cli.files.case_table import Allowed, Pair, Table, quantity
+from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.problem.problem import Problem
 
 RADIANS_PER_RPM = 2.0 * math.pi / 60.0

@@ -30,11 +30,11 @@ from thermoroll_cli.files.positions_file import read_positions
 from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
 from thermoroll_cli.files.relaxation_file import MeasuredSeries, read_series
 from thermoroll_cli.files.spellings import factor_of, meant, unit_in
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.solvable import reasons_against
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, Pr
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.files.profile_file import outline_fault, point_fault
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     BEARING_SCALARS,
@@ -32,7 +33,6 @@ from thermoroll_cli.problem.names import (
     WHEELSET_SCALARS,
 )
 from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
 Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""

@@ -14,7 +14,7 @@ from thermoroll_cli.files.case_errors import Fault
 from thermoroll_cli.files.case_table import Allowed, Table
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.history.course import OF_ELLIPSES, OF_LINES, SHIFTS, SPEED, VARIED, Begin, Course, History
+from thermoroll_cli.many_contacts.history.course import OF_ELLIPSES, OF_LINES, SHIFTS, SPEED, VARIED, Begin, Course, History
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result

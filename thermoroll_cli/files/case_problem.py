@@ -11,14 +11,14 @@ import numpy as np
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import BearingTable
 from thermoroll_cli.files.case_wheelset import WheelsetTable
+from thermoroll_cli.many_contacts.wheelset.curves import Points, smooth
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName
+from thermoroll_cli.one_contact.steady_state.derived import pressed_to, rubbed
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.relaxation import Series
-from thermoroll_cli.steady_state.derived import pressed_to, rubbed
-from thermoroll_cli.wheelset.curves import Points, smooth
-from thermoroll_cli.wheelset.wheelset_problem import SideName
 
 
 def problem_of(settings: model.Settings) -> si.Problem:

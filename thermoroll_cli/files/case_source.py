@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from thermoroll_cli.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath, Place, Places, Span, shortened, syntax_error
 from thermoroll_cli.files.case_model import EXCLUSIVE
+from thermoroll_cli.tools.atomic import ReadError, read_bytes
 
 SIZE_LIMIT = 1 << 16
 """Bytes a case file may have. Real ones have a thousand or two; anything larger is some other file given by mistake."""

@@ -13,11 +13,11 @@ from typing import Annotated, Literal
 from pydantic import AllowInfNan, Field, WithJsonSchema
 
 from thermoroll_cli.files.case_table import Allowed, Pair, Table, pairs, quantity, signed_length
+from thermoroll_cli.many_contacts.wheelset.curves import Points, smoothed
+from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
+from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, Roller, WheelSide
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.wheelset.curves import Points, smoothed
-from thermoroll_cli.wheelset.kinematics import MotionOfWheelset
-from thermoroll_cli.wheelset.placement import Position, RailSide, Roller, WheelSide
-from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 
 CurveRadius = Annotated[
     float, AllowInfNan(True), signed_length(1.0, 1e9),

@@ -8,7 +8,7 @@ import os
 import re
 from collections.abc import Iterable
 
-from thermoroll_cli.atomic import ReadError, read_bytes, write_bytes
+from thermoroll_cli.tools.atomic import ReadError, read_bytes, write_bytes
 
 LARGEST, FILE_LIMIT = 2**29, 1 << 20
 """Bytes that a table may have, and a file that a case names."""

@@ -17,7 +17,7 @@ from typing import Any
 
 from thermoroll_cli.files.csv_table import TableError, read_columns
 from thermoroll_cli.files.spellings import converted, factor_of, meant
-from thermoroll_cli.history.course import VARIED
+from thermoroll_cli.many_contacts.history.course import VARIED
 from thermoroll_cli.problem.names import PLACES, unit_end, unit_of
 
 HEAD = re.compile(r"(.*?)\s*(?:[\[(]([^\])]*)[\])])?")

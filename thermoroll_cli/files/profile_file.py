@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_errors import shortened
 from thermoroll_cli.files.case_table import LARGEST_PROFILE
 from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, text_of
+from thermoroll_cli.tools.atomic import ReadError, read_bytes
 
 COLUMNS = "two columns"
 """Format of files that spreadsheets write."""

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.csv_table import image_of_rows
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, image, kind_of, load, of_texts
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import FIELDS, PLACES, column_of
 from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.tools.arrays import AnyArray
+from thermoroll_cli.tools.atomic import write_bytes
 
 SWEEP, HISTORY = "sweep", "history"
 """Kinds of files of tables."""

@@ -23,9 +23,9 @@ from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_errors import CaseError, Finding, Span
 from thermoroll_cli.files.csv_table import TableError
 from thermoroll_cli.files.profile_file import read_outline
+from thermoroll_cli.many_contacts.wheelset.placement import Position
 from thermoroll_cli.peer.deck import DeckCase
 from thermoroll_cli.problem.names import known_as
-from thermoroll_cli.wheelset.placement import Position
 
 Content = dict[str, Any]
 GRID = {1: 48, 3: 64}

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from thermoroll_cli.atomic import read_bytes
 from thermoroll_cli.files.case_errors import CaseError, Finding, Span
+from thermoroll_cli.tools.atomic import read_bytes
 
 LARGEST = 20_000_000
 """Bytes of an input file."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from thermoroll_cli.atomic import read_bytes
+from thermoroll_cli.tools.atomic import read_bytes
 
 LARGEST = 1_000_000_000
 NUMBER = re.compile(r"-?\d[\d.]*(?:[eE][-+]?\d+)?|-?\.\d+")

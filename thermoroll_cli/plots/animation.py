@@ -13,14 +13,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import known_as, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import FORCES
+from thermoroll_cli.tools.arrays import AnyArray
+from thermoroll_cli.tools.atomic import write_bytes
 
 
 def draw_animation(path: pathlib.Path, results: Sequence[Result | State], key: str, values: Sequence[float]) -> pathlib.Path:

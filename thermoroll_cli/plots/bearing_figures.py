@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.tools.arrays import Array
 
 RINGS = {"inner": (style.AFTER, "o"), "outer": (style.BEFORE, "s")}
 

@@ -7,9 +7,9 @@ import pathlib
 
 import numpy as np
 
+from thermoroll_cli.many_contacts.wheelset.conicity import NEIGHBOURS, NOMINAL, Conicity
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, sign_of
 from thermoroll_cli.plots import style
-from thermoroll_cli.wheelset.conicity import NEIGHBOURS, NOMINAL, Conicity
-from thermoroll_cli.wheelset.wheelset_problem import SIDES, sign_of
 
 
 def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | None = None) -> pathlib.Path:

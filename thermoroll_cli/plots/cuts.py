@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import flow_label
 from thermoroll_cli.plots.run_frame import (
@@ -29,6 +28,7 @@ from thermoroll_cli.plots.run_frame import (
 )
 from thermoroll_cli.problem.names import Quantity
 from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.tools.arrays import Array
 
 LOOKS: tuple[tuple[str, Any], ...] = ((style.BEFORE, "solid"), (style.AFTER, style.DASHED))
 """Colour and dashes of the states without and with thermal deformation."""

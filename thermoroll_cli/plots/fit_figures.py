@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.interpolate import PchipInterpolator
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.tools.arrays import Array
 
 POINTS: dict[str, Any] = {"fmt": "o", "color": "black", "markersize": 3.0, "elinewidth": 0.7, "capsize": 1.5, "zorder": 3}
 """Look of measured points."""

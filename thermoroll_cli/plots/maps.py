@@ -22,7 +22,6 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label, maximum
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import (
     LONGEST_ASPECT,
@@ -36,6 +35,7 @@ from thermoroll_cli.plots.run_frame import (
     limits_of,
 )
 from thermoroll_cli.problem.names import Quantity
+from thermoroll_cli.tools.arrays import Array
 
 CONTACT, STICK = ("black", "white"), ("white", "black")
 """Colours of a border and of its casing, which make it visible on any ground."""

@@ -20,7 +20,7 @@ from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.plots.wheelset_figures import friction_figure, patches_figure, section_figure
 from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.process import safe_point
+from thermoroll_cli.tools.process import safe_point
 
 Draw = Callable[[RunFrame], Figure | None]
 

@@ -13,11 +13,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import SHORT_BAR, colours_of, draw_map, map_note
 from thermoroll_cli.plots.run_frame import PRESSURE, AxisScale, RunFrame, unit_for
 from thermoroll_cli.problem.problem import BodyName
+from thermoroll_cli.tools.arrays import Array
 
 
 def profile_figure(frame: RunFrame) -> Figure | None:

@@ -13,11 +13,11 @@ from matplotlib.path import Path
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, gaussian_filter1d
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.names import MULTIPLES, QUANTITIES, Quantity
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.tools.arrays import Array
 
 Lines = list[Array]
 """Polylines, each of shape (points, 2) in m."""

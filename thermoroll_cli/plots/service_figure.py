@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.names import UNCERTAINTY
-from thermoroll_cli.wheelset.curves import Points, curve
-from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
 CURVES = {"depth_max_": "largest depth (µm)", "worn_mass_wheel_": "mass off a wheel (kg)",
           "flange_thickness_": "flange thickness (mm)", "flange_height_": "flange height (mm)",

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
-from thermoroll_cli.atomic import write_bytes
+from thermoroll_cli.tools.atomic import write_bytes
 
 MM = 1.0 / 25.4
 """A millimetre in inches."""

@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from thermoroll_cli.exact.shakedown_limits import CIRCLE_ELASTIC, CIRCLE_SHAKEDOWN, FRICTION, line_shakedown
+from thermoroll_cli.physics.stress.strength import principal_and_shear, shear_yields
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import flow_label
 from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import BodyStresses
-from thermoroll_cli.stress.strength import principal_and_shear, shear_yields
 
 LEVELS = 24
 

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.cuts import curves_of, draw_diagram, line_handles
 from thermoroll_cli.plots.maps import (
@@ -34,6 +33,7 @@ from thermoroll_cli.plots.run_frame import (
 )
 from thermoroll_cli.problem.names import LINE_PROBLEM_SCALARS, LINE_SCALARS, PROBLEM_SCALARS, SCALARS, Quantity, Scalar
 from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, row_of, scalar_text
+from thermoroll_cli.tools.arrays import Array
 
 COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 284.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""

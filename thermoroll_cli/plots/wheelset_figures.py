@@ -16,12 +16,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from matplotlib.transforms import Affine2D
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import draw_borders, kinds_of_borders
 from thermoroll_cli.plots.run_frame import Borders, borders_of
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.tools.arrays import Array
 
 PLACE, DIFFERENCE = ".y_rail_mm", "rolling_radius_difference_mm"
 """Columns that a sweep draws besides forces: of each patch, and of the wheelset."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from thermoroll_cli import optional
-from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.problem.names import PLACES, column_of
+from thermoroll_cli.tools.arrays import AnyArray
 
 if TYPE_CHECKING:
     import pandas

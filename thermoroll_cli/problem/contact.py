@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.tools.arrays import Array, Mask
 
 
 @dataclass(frozen=True)

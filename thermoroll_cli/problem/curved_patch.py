@@ -15,7 +15,6 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import (
     SYMMETRY_TOLERANCE,
     ContactGeometry,
@@ -25,6 +24,7 @@ from thermoroll_cli.problem.geometry import (
     common_surface,
     surfaces,
 )
+from thermoroll_cli.tools.arrays import Array
 
 SAMPLES = 401
 """Arc lengths at which the gap of `conformal_patch` is tabulated: splines between them are good to 1e-10 of the radius."""

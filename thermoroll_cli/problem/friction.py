@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.tools.arrays import Array
 
 LawName = Literal["exponential", "rational", "linear", "table"]
 Shape = Callable[[Array], Array]

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.tools.arrays import Array
 
 Interpolation = Literal["cubic", "linear"]
 

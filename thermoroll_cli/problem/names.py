@@ -12,8 +12,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import BODIES, Problem
+from thermoroll_cli.tools.arrays import Array
 
 Scale = Literal["value", "share", "stick area", "force", "moment", "temperature", "creepage", "spin", "mismatch",
                 "stress below", "place below", "resultant", "vertical", "approach"]  # fmt: skip

@@ -9,11 +9,11 @@ from typing import Literal
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.relaxation import Series, retardation
+from thermoroll_cli.tools.arrays import Array
 
 Deformation = bool | Literal["always"]
 PecletMode = Literal["rolling", "sliding", "stationary"]

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from thermoroll_cli import of_above, optional
-from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, known_as, unit_of
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, meaning_in, row_of, scalar_text
+from thermoroll_cli.tools.arrays import AnyArray, Array
 
 if TYPE_CHECKING:
     import xarray

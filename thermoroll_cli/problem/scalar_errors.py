@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     ASSEMBLY_SCALARS,
@@ -23,6 +22,7 @@ from thermoroll_cli.problem.names import (
     known_as,
 )
 from thermoroll_cli.problem.problem import BODIES, Problem
+from thermoroll_cli.tools.arrays import Array
 
 FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
     tuple(name for name, scalar in SCALARS.items() if scalar.scale == scale)

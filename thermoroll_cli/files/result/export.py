@@ -12,17 +12,17 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from thermoroll_cli.arrays import AnyArray, Array
-from thermoroll_cli.atomic import replacing, write_bytes
 from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, save
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.one_contact.refinement.subsurface_stage import body_load, stresses_by_depth
+from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.physics.stress.strength import von_mises
+from thermoroll_cli.physics.stress.superposition import Beyond, StressTransforms
 from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
 from thermoroll_cli.problem.result import BodyStresses, Result, State, within_layers
-from thermoroll_cli.refinement.subsurface_stage import body_load, stresses_by_depth
-from thermoroll_cli.stress.strength import von_mises
-from thermoroll_cli.stress.superposition import Beyond, StressTransforms
+from thermoroll_cli.tools.arrays import AnyArray, Array
+from thermoroll_cli.tools.atomic import replacing, write_bytes
 
 Path = str | os.PathLike[str]
 SIDES = {"lower": -1.0, "upper": 1.0}

@@ -28,9 +28,9 @@ import scipy
 from h5py import h5a, h5d, h5ds, h5g, h5l, h5o, h5p, h5s, h5t
 
 from thermoroll_cli import __version__
-from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.atomic import write_bytes
-from thermoroll_cli.numerics.convolution import fftw
+from thermoroll_cli.physics.numerics.convolution import fftw
+from thermoroll_cli.tools.arrays import AnyArray
+from thermoroll_cli.tools.atomic import write_bytes
 
 FORMAT_VERSION = 4
 """Raised whenever a reader of the previous layout would misread a file."""

@@ -1,0 +1,292 @@
+"""The answer: a ball bearing with all its contacts, as scalars, and the result of each contact."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.many_contacts.bearing.bearing_problem import AXIAL, RADIAL, RINGS, BearingProblem, RingName
+from thermoroll_cli.many_contacts.bearing.placement import Placement
+from thermoroll_cli.many_contacts.bearing.solve_bearing import INTEGRALS, Ball, BearingSearch, SolvedBearing
+from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
+from thermoroll_cli.problem.names import BALL_SCALARS, BEARING_SCALARS, GROUPS, SCALARS, TOGETHER
+from thermoroll_cli.problem.problem import Numerics
+from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.scalar_errors import computed, error_scale
+from thermoroll_cli.tools.arrays import Array
+
+LARGEST_POWER_ERROR = 2e-3
+"""Heat of all contacts against the power of the rings, relative."""
+ONLY_ROLLING = ("Q_F_W", "T_gamma_N", "gamma_st", "stick_area_mm2", "power_balance_error")
+"""Scalars that say nothing of rings at rest."""
+PRESSED = ("pressure", "peak pressure", "relative peak pressure", "area", "relative area")
+"""Kinds of scalars that depend on the load, and not on the motion."""
+JUDGED = "axial_displacement_um", "radial_displacement_um", "torque_Nmm"
+"""Scalars of the whole that have to be as accurate as is asked for, if no others are named."""
+MOTION = "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm"
+"""Numbers of a contact by which it moves."""
+FOLLOWED = 0.4
+"""Part of the errors of creepages by which other scalars change: 0.3 at most in 22 random bearings, for friction saturates."""
+WIDER = 1.5
+"""Factor on estimated errors of creepages and spin, which are small differences of large speeds: without it 91 % of those of 26
+random bearings were covered, of all numbers 97.6 %."""
+BOTH_RINGS = 0.9
+"""Exponent that joins the lives of both rings (Lundberg and Palmgren 1947)."""
+
+
+class BearingSolver:
+    """Solves bearing after bearing."""
+
+    def __init__(self, threads: int = 1) -> None:
+        self.threads = threads
+
+    def solve(
+        self, problem: BearingProblem, *, report: Callable[[str, Mapping[str, Any]], None] | None = None
+    ) -> Result:
+        """The result of `problem`; `reason` says what goes wrong. `report` is called with a stage and a mapping."""
+        return result_of(BearingSearch(problem, self.threads, report or (lambda stage, info: None)).solve())
+
+
+def bearing_warnings(problem: BearingProblem) -> Iterator[str]:
+    """Warnings that need no solution."""
+    law = problem.contact.friction.law
+    if problem.rolls and law is not None and law.fall() > 0.0 and problem.control == "tractions":
+        yield ("friction falls with slip, so that a ball can have several axes: the one that follows from the axis at constant "
+               "friction is reported")
+    if not problem.rolls:
+        yield "both rings turn alike: there are loads and stresses, but no rolling, heat or torque"
+
+
+def facts_of(problem: BearingProblem) -> dict[str, float]:
+    """Numbers known before anything is solved, in the units of their names."""
+    distance, angle = problem.groove_distance, problem.contact_angle
+    return {
+        "groove_distance_mm": 1e3 * distance,
+        "free_contact_angle_deg": math.degrees(angle),
+        "clearance_um": 2e6 * distance * (1.0 - math.cos(angle)),
+        "axial_play_um": 2e6 * distance * math.sin(angle),
+        "ball_mass_kg": problem.mass,
+    }
+
+
+def result_of(solved: SolvedBearing) -> Result:
+    """The result of a solved bearing; not converged where it is not in balance, or where a contact is not."""
+    contacts = tuple(_contacts(solved))
+    scalars, errors = _scalars(solved, contacts)
+    reasons = [solved.reason] if solved.reason else []
+    reasons += [f"contact {contact.name}: {contact.reason}" for contact in contacts if not contact.converged][:4]
+    if solved.problem.balances and not reasons and scalars["torque_Nmm"] > 0.0:
+        missing = abs(scalars["torque_from_forces_Nmm"] / scalars["torque_Nmm"] - 1.0)
+        # In a plane the ring and the ball roll over each other at the mean speed of both surfaces.
+        plane = 0.0 if solved.problem.curved else max(abs(contact.record["creepage_longitudinal"]) for contact in contacts)
+        if missing > LARGEST_POWER_ERROR + plane + errors["torque_Nmm"] / scalars["torque_Nmm"]:
+            reasons.append(f"the torques from heat and from forces differ by {missing:.1e}")
+    if not reasons:
+        reasons += _missed(solved.problem.contact.numerics, scalars, errors)
+    state = State({}, scalars, np.zeros(0), np.zeros(0))
+    grid: list[int] = max((contact.work["grid"] for contact in contacts), default=[])
+    return Result(
+        problem=solved.problem.contact, coupled=state, isothermal=state, of_problem={}, converged=not reasons,
+        reason="; ".join(reasons), uncertainty=errors, patches=contacts, assembly="bearing",
+        work={"grid": grid, "rounds": solved.rounds, "contact_solves": solved.solves},
+        warnings=(*bearing_warnings(solved.problem), *_warnings(solved, contacts)), lines=_around(solved))
+
+
+def _missed(numerics: Numerics, scalars: Mapping[str, float], errors: Mapping[str, float]) -> Iterator[str]:
+    """Why the whole is not as accurate as was asked for, if it is not: displacements over the largest of them, all else over
+    itself."""
+    if numerics.accuracy is None:
+        return
+    largest = max(abs(scalars[name]) for name in scalars if name.endswith("displacement_um"))
+    asked = {name for each in numerics.accuracy_of for name in GROUPS.get(each, (each,))} or {*JUDGED}
+    over = {name: errors[name] / (largest if name.endswith("displacement_um") else abs(scalars[name]))
+            for name in BEARING_SCALARS if name in asked and scalars.get(name) and name in errors}
+    worst = max(over, key=lambda name: over[name], default="")
+    if worst and over[worst] > numerics.accuracy:
+        yield (f"accuracy {numerics.accuracy:g} not reached, though each contact has it: {worst} is good to {over[worst]:.1e}; "
+               "name what has to be accurate in numerics.accuracy_of, or set numerics.grid")
+
+
+def _contacts(solved: SolvedBearing) -> Iterator[Result]:
+    """The results of all contacts, ball by ball, with the errors that the balance of the balls passes on to them."""
+    problem = solved.problem
+    for j in range(problem.balls):
+        k = next(k for k, ball in enumerate(solved.balls) if j in ball.members)
+        ball = solved.balls[k]
+        for ring, solved_contact in ball.contacts.items():
+            result = solved_contact.result
+            if not problem.rolls:
+                nothing = dict.fromkeys(ONLY_ROLLING, math.nan)
+                state = replace(result.coupled, scalars={**result.coupled.scalars, **nothing})
+                result = replace(result, coupled=state, isothermal=state)
+            own, numbers = dict(result.uncertainty), result.numbers
+            errors = _errors(solved, lambda each, k=k, ring=ring: _followed(problem, each.balls[k], ring))  # type: ignore[misc]
+            if solved.settled is not None:
+                unit = problem.saturation(ring, float(ball.angles[RINGS.index(ring)]), numbers["normal_N"])
+                moved = np.array([errors[name] for name in MOTION]) * [1.0, 1.0, 1e3] / unit
+                sliding = max(float(np.linalg.norm(solved_contact.creepages / unit)), 1.0)
+                share = FOLLOWED * float(np.linalg.norm(moved)) / sliding
+                load = errors["normal_N"] / numbers["normal_N"]
+                own = {name: error + (load if of_kind(name) in PRESSED else share) * abs(error_scale(name, numbers))
+                       for name, error in own.items()}
+            errors |= {name: WIDER * errors[name] for name in (*MOTION, "spin_to_roll") if name in errors}
+            record: dict[str, Any] = {"ball": j + 1, "ring": ring, **_followed(problem, ball, ring)}
+            record |= {name: numbers[name] for name in BALL_SCALARS if name in numbers and not math.isnan(numbers[name])}
+            own |= errors
+            record |= {"status": result.status, "uncertainty": {
+                name: float(own.get(name, math.nan)) for name in record if name not in ("ball", "ring")}}
+            yield replace(result, name=f"ball_{j + 1}_{ring}", record=record,
+                          uncertainty={name: own[name] for name in (*result.uncertainty, "normal_N")})
+
+
+def _errors(solved: SolvedBearing, numbers: Callable[[SolvedBearing], Mapping[str, float]]) -> dict[str, float]:
+    """Estimated errors of `numbers` of a bearing: their last change from grid to grid, and no less than a quarter of the one
+    before, with what is left of the conditions; 0 for places where they follow from no traction. Integrals are extrapolated,
+    and err by less than they change; but those of both contacts hold each other in balance, which shows no order."""
+    found, coarser = numbers(solved), [numbers(each) for each in solved.coarser]
+    if solved.settled is None:
+        known = math.nan if solved.problem.balances else 0.0
+        return {name: known for name in found if name not in (*INTEGRALS, "torque_Nmm")}
+    settled, errors = numbers(solved.settled), {}
+    for name, value in found.items():
+        changes = [abs(fine[name] - coarse[name]) for coarse, fine in itertools.pairwise(coarser)]
+        change = max((each / 4.0**k for k, each in enumerate(reversed(changes))), default=math.nan)
+        errors[name] = change + abs(settled[name] - value) + FLOOR * abs(value)
+    return errors
+
+
+def of_kind(name: str) -> str:
+    """The kind of a scalar of a contact."""
+    return SCALARS[name].kind if name in SCALARS else "below"
+
+
+def _followed(problem: BearingProblem, ball: Ball, ring: RingName) -> dict[str, float]:
+    """Numbers of a contact and of its ball that the balance determines, in the units of their names."""
+    k, motion = RINGS.index(ring), ball.motion
+    numbers = {"normal_N": float(ball.loads[k]), "contact_angle_deg": math.degrees(ball.angles[k])}
+    if problem.rolls:
+        speed, slip, rolling = problem.slip(ring, float(ball.angles[k]), motion)
+        turning = float(np.linalg.norm(motion[1:]))
+        along, outwards, around = (problem.direction * motion[1:]).tolist()
+        numbers |= {
+            "rolling_speed_m_s": speed, "creepage_longitudinal": float(slip[0]) / speed,
+            "creepage_lateral": float(slip[1]) / speed, "creepage_spin_rad_mm": 1e-3 * float(slip[2]) / speed,
+            "spin_to_roll": -float(slip[2]) / rolling, "ball_pitch_deg": math.degrees(math.atan2(outwards, -along)),
+            "ball_yaw_deg": math.degrees(math.asin(around / turning)), "ball_speed_rad_s": turning,
+            "cage_speed_rad_s": float(motion[0]),
+        }  # fmt: skip
+    return numbers | ball.integrals.get(ring, {})
+
+
+def _of_the_whole(solved: SolvedBearing) -> dict[str, float]:
+    """Numbers of the whole bearing that the balance determines, in the units of their names."""
+    problem, placement = solved.problem, solved.placement
+    ring = placement.ring
+    numbers = {
+        "axial_displacement_um": 1e6 * ring[0], "radial_displacement_um": 1e6 * ring[1],
+        "radial_displacement_across_um": 1e6 * ring[2], "tilt_mrad": 1e3 * ring[3], "tilt_across_mrad": 1e3 * ring[4],
+        "cage_speed_rad_s": math.nan, "torque_Nmm": math.nan, "torque_from_forces_Nmm": math.nan,
+        "axial_stiffness_N_um": 1e-6 * _stiffness(problem, placement, 0),
+        "radial_stiffness_N_um": 1e-6 * _stiffness(problem, placement, 1), "life_L10r_Mrev": life(problem, placement.loads),
+    }  # fmt: skip
+    carried = [ball for ball in solved.balls if ball.integrals]
+    if carried:
+        count = sum(len(ball.members) for ball in carried)
+        numbers["cage_speed_rad_s"] = sum(ball.motion[0] * len(ball.members) for ball in carried) / count
+        numbers |= {name: sum(len(ball.members) * ball.integrals[ring][name] for ball in carried for ring in RINGS)
+                    for name in ("Q_F_W", "T_gamma_N")}
+        numbers["torque_Nmm"] = 1e3 * numbers["Q_F_W"] / abs(problem.speeds[0] - problem.speeds[1])
+    return {name: float(value) for name, value in numbers.items()}
+
+
+def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[str, float], dict[str, float]]:
+    """Scalars of the whole bearing and their errors."""
+    problem, scalars, errors = solved.problem, _of_the_whole(solved), _errors(solved, _of_the_whole)
+    if problem.axial_displacement is not None:
+        errors["axial_displacement_um"] = math.nan
+    summaries = [contact.summary() for contact in contacts]
+    for name, scalar in TOGETHER.items():
+        mine = [summary for summary in summaries if computed(summary.get(name))]
+        assert scalar.together is not None
+        if mine and name not in errors:
+            own = [summary["uncertainty"].get(name, math.nan) for summary in mine]
+            scalars[name] = scalar.together(summary[name] for summary in mine)
+            errors[name] = (math.fsum if scalar.together is math.fsum else max)(own)
+    if problem.rolls and contacts:
+        torque = sum(len(ball.members) * _torque(problem, ball) for ball in solved.balls if ball.loaded)
+        scalars["torque_from_forces_Nmm"] = 1e3 * problem.direction * torque
+        over = 1e3 / abs(problem.speeds[0] - problem.speeds[1])
+        errors["torque_Nmm"] = errors["torque_from_forces_Nmm"] = errors["Q_F_W"] * over
+    return scalars, errors
+
+
+def _torque(problem: BearingProblem, ball: Ball) -> float:
+    """Torque in N m by which a ball brakes the inner ring, about the bearing's axis."""
+    lever = np.cross(0.5 * problem.pitch_diameter * RADIAL, ball.contacts["inner"].force)
+    return float((lever + ball.contacts["inner"].moment) @ AXIAL)
+
+
+def _stiffness(problem: BearingProblem, placement: Placement, way: int) -> float:
+    """Force per displacement of the inner ring in N/m along axis 0 or the radial load, 1, with all other loads as they are; nan
+    where nothing holds the ring."""
+    free = [k for k in range(5) if k == way or (k < 3 and (k or problem.axial_displacement is None)) or (
+        k > 2 and problem.moments is not None)]
+    scale = np.array([1.0, 1.0, 1.0, problem.arm, problem.arm])
+    own = (placement.stiffness / np.outer(scale, scale))[np.ix_(free, free)]
+    largest = float(np.abs(own).max())
+    if largest == 0.0:
+        return math.nan
+    stiff = 1.0 / float(np.linalg.pinv(own, rcond=1e-9)[free.index(way), free.index(way)] or math.inf)
+    return stiff if stiff > 1e-9 * largest else math.nan
+
+
+def life(problem: BearingProblem, loads: Array) -> float:
+    """Basic reference rating life L10r in millions of revolutions after ISO/TS 16281, from the `loads` (n, 2) of both rings:
+
+        Q_c,i = C/(0.407 Z cos α⁰) (1 + x^(10/3))^0.3,     Q_c,e = C/(0.389 Z cos α⁰) (1 + x^(−10/3))^0.3,
+        x = 1.044 ((1 − γ)/(1 + γ))^1.72 (f_i (2f_o − 1)/(f_o (2f_i − 1)))^0.41,     γ = D/d_m,
+
+    with the nominal contact angle 0, and L = ((Q_ci/Q_ei)^(−10/3) + (Q_ce/Q_ee)^(−10/3))^(−0.9). The load of the ring that
+    turns under it is the cubic mean, that of the other the mean of the power 10/3. nan without a capacity, and without
+    rolling."""
+    if problem.capacity is None or not problem.rolls or not loads.any():
+        return math.nan
+    ratio, (inner, outer) = problem.ball_diameter / problem.pitch_diameter, problem.conformity
+    x = (1.044 * ((1.0 - ratio) / (1.0 + ratio)) ** 1.72
+         * (inner / outer * (2.0 * outer - 1.0) / (2.0 * inner - 1.0)) ** 0.41)
+    share = problem.capacity / problem.balls
+    carried = share / 0.407 * (1.0 + x ** (10 / 3)) ** 0.3, share / 0.389 * (1.0 + x ** (-10 / 3)) ** 0.3
+    still = [speed == 0.0 for speed in problem.speeds]
+    powers = (10 / 3, 3.0) if still[0] and not still[1] else (3.0, 10 / 3)
+    worn = 0.0
+    for k, power in enumerate(powers):
+        equivalent = float(np.mean(loads[:, k] ** power)) ** (1.0 / power)
+        worn += (equivalent / carried[k]) ** (10 / 3)
+    return float(worn ** -BOTH_RINGS)
+
+
+def _warnings(solved: SolvedBearing, contacts: Sequence[Result]) -> Iterator[str]:
+    """Balls that do not roll, and the doubts about contacts, each once."""
+    free = [str(ball + 1) for kind in solved.balls if not kind.loaded for ball in kind.members]
+    if free:
+        force = float(solved.problem.centrifugal(max((kind.motion[0] for kind in solved.balls if not kind.loaded), key=abs)))
+        outer = f": {force:.3g} N press them against the outer one" if force and solved.problem.rolls else ""
+        yield (f"the inner ring hardly touches ball {', '.join(sorted(free, key=int))}{outer}; the result has no contacts "
+               "of it")
+    seen: dict[str, str] = {}
+    for contact in contacts:
+        for warning in contact.warnings:
+            seen.setdefault(re.sub(r"[0-9.]+", "#", warning), f"contact {contact.name}: {warning}")
+    yield from seen.values()
+
+
+def _around(solved: SolvedBearing) -> dict[str, Array]:
+    """Loads (N) and angles (rad) of all balls around the bearing, (2, n) at the inner and the outer ring."""
+    placement = solved.placement
+    return {"loads": placement.loads.T.copy(), "angles": np.where(placement.loads > 0.0, placement.angles, math.nan).T.copy()}

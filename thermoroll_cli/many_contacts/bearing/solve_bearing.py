@@ -1,0 +1,564 @@
+"""The search for the places and the motion of all balls.
+
+Eight conditions hold of a ball. Four are of its motion, the speed of the cage and the ball's angular velocity: no force along
+the pitch circle, and moments of both contacts that turn the ball's axis with the cage, J ω_m e_a × ω_b. Four are of its place:
+tractions push the ball, and the inner ring with it, axially and outwards, with the friction with which it was placed. Newton's
+method solves them together, for its place turns the contacts of a ball and so its creepages. Slopes of the tractions with the
+creepages are found by differences once for the first ball, and corrected by each solution of a contact (Broyden 1965). A step
+counts as one towards the balance if the next one, with the same slopes, is smaller (Deuflhard 2004): where spin makes a contact
+slide, what is left of the conditions hardly depends on how both contacts share it, and tells little of the way. Balls
+follow each other from the largest load to the smallest, and each begins with the motion and the slopes of the one before, in
+rounds until the ring, which the friction of all balls moves, stays where it is. With a common cage each ball first finds a
+speed of its own; then the speed of all is that at which the forces of their pockets vanish together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.many_contacts.bearing.bearing_problem import RINGS, BearingProblem, RingName
+from thermoroll_cli.many_contacts.bearing.placement import Placement, place
+from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.problem.curved_patch import CurvedPatch
+from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.problem import Motion, Numerics, Problem
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.tools.arrays import Array
+
+Report = Callable[[str, Mapping[str, Any]], None]
+
+BALANCED = 2e-5
+"""Forces and moments over half of the diameter that are left of a ball's balance, over the friction limit of its contacts."""
+SETTLED = 5e-4
+"""Difference of the friction that pushes a ball axially and outwards from that with which it was placed, over the same."""
+MOST_ROUNDS, MOST_STEPS = 25, 30
+LONGEST, SHORTEST = 4.0, 0.03
+"""Largest change of a creepage in one step, over that at which a contact slides; smallest share of a step that is tried."""
+CLOSER, LESS = 0.1, 0.5
+"""Part of its share by which a step has to make the next one smaller; or part of the rest to leave."""
+SHORTER, LONGER = 0.4, 4.0
+"""Share of a step that failed with which it is tried again; by how much the share may grow after one that did not."""
+TELLS, NEAR = 0.005, 0.3
+"""Changes of a creepage, over that at which a contact slides, above which a step tells slopes, and not what solutions leave
+open; and up to which one that failed does."""
+DIFFERENCE = 0.04
+"""Change of a creepage by which slopes are found, over that at which a contact slides."""
+ROUGH_GRID = 40
+"""Elements per side of the contacts at most until all is nearly in balance."""
+INTEGRALS = ("force_x_N", "force_y_N", "spin_moment_Nmm", "Q_F_W", "T_gamma_N")
+"""Scalars of a contact that follow its creepages by the slopes of its wrench."""
+LIGHT = 1e-4
+"""Load of a ball over the largest of all below which it counts as free: it rolls as others carry it along."""
+ALIKE = 1e-9
+"""Relative difference of loads and angles of balls that are solved as one."""
+
+
+@dataclass(frozen=True)
+class SolvedContact:
+    """The `result` of a contact at `creepages` (3,); the `force` (N) and the `moment` about the ball's centre (N m) on the
+    ball; and both, the moment over D/2, as a `wrench` (6,) over μW in the axes of the contact, e_z, e_x, e_y."""
+
+    result: Result
+    creepages: Array
+    force: Array
+    moment: Array
+    wrench: Array
+
+
+@dataclass
+class Ball:
+    """Balls with the same loads and angles, by their numbers from 0, `members`.
+
+    - `motion`: as of `BearingProblem.slip`; whether it is `loaded` by both rings;
+    - for each ring its `contacts`, and the `slopes` of their wrenches with the creepages, over those at which they slide;
+    - the `INTEGRALS` of both contacts."""
+
+    members: tuple[int, ...]
+    motion: Array
+    loads: Array = field(default_factory=lambda: np.zeros(2))
+    angles: Array = field(default_factory=lambda: np.zeros(2))
+    contacts: dict[RingName, SolvedContact] = field(default_factory=dict)
+    slopes: dict[RingName, Array] = field(default_factory=dict)
+    solvers: dict[RingName, Solver] = field(default_factory=dict)
+    loaded: bool = False
+    integrals: dict[RingName, dict[str, float]] = field(default_factory=dict)
+
+
+@dataclass
+class SolvedBearing:
+    """A bearing as it was found: its `placement`, its `balls`, those alike as one, and what is wrong with it (`reason`).
+
+    `coarser` are the bearings that follow from the forces of the last three grids of its contacts, `settled` the one with
+    nothing left of its conditions; both by the slopes of its balls, and only where axes follow from tractions."""
+
+    problem: BearingProblem
+    placement: Placement
+    balls: list[Ball]
+    reason: str = ""
+    rounds: int = 0
+    solves: int = 0
+    coarser: tuple[SolvedBearing, ...] = ()
+    settled: SolvedBearing | None = None
+
+
+class BearingSearch:
+    """Solves one bearing."""
+
+    def __init__(self, problem: BearingProblem, threads: int, report: Report) -> None:
+        self.problem, self.threads, self.report = problem, threads, report
+        self.balls: list[Ball] = []
+        self.rounds = self.solves = 0
+        count = problem.balls
+        self.on_balls, self.on_ring = np.zeros((count, 2)), np.zeros((count, 2))
+        self.cage = np.full(count, problem.speeds[0] if not problem.rolls else math.nan)
+        self.common: float | None = None
+        self.placement = self._placed(first=True)
+
+    def solve(self) -> SolvedBearing:
+        """The bearing in balance, or what is wrong with it."""
+        reason = self.placement.reason
+        if self.problem.rolls and not reason:
+            self._kinematic()
+        self._gather()
+        contact = self.problem.contact
+        if self.problem.balances and not reason:
+            for stage, tolerance in self._stages():
+                reason = self._balance(stage, tolerance)
+        whole = contact if self.problem.rolls else replace(
+            contact, friction=replace(contact.friction, coefficient=0.0, law=None), motion=Motion(1.0, differential_slip=False),
+            heating=replace(contact.heating, heat=False, deformation=False))
+        for ball in self.balls:
+            if not ball.loaded:
+                ball.contacts = {}
+                continue
+            # From nothing, so that it is the result of the same contact alone.
+            ball.solvers = {}
+            self._solve(ball, whole)
+            ball.integrals = {ring: {name: solved.result[name] for name in INTEGRALS}
+                              for ring, solved in ball.contacts.items() if self.problem.rolls}
+        solved = SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
+                               self.solves)
+        loaded = [ball for ball in self.balls if ball.loaded]
+        if self.problem.balances and not solved.reason and all(ball.slopes for ball in loaded):
+            grids = min(len(solver.last[1]) for ball in loaded for solver in ball.solvers.values())
+            solved.settled = self._with_forces(None)
+            solved.coarser = tuple(self._with_forces(-n) for n in range(min(grids, 3), 0, -1))
+        return solved
+
+    def _stages(self) -> list[tuple[Problem, float]]:
+        """The problems of contacts with which the balance is sought: a friction that falls with slip is followed from constant
+        friction; then roughly, without heat unless friction depends on it; then as asked for, but for stresses below."""
+        contact = replace(self.problem.contact, subsurface=None)
+        grid = contact.numerics.grid or (ROUGH_GRID, ROUGH_GRID)
+        cold = contact.heating.heat and not contact.friction_varies
+        rough = replace(
+            contact, numerics=Numerics((min(grid[0], ROUGH_GRID), min(grid[1], ROUGH_GRID)), None, contact.numerics.extent),
+            heating=replace(contact.heating, heat=False, deformation=False) if cold else contact.heating)
+        stages = [] if rough == contact else [(rough, 10.0 * BALANCED)]
+        if contact.friction.law is not None:
+            stages.insert(0, (replace(rough, friction=replace(contact.friction, law=None)), 50.0 * BALANCED))
+        return [*stages, (contact, BALANCED)]
+
+    # --- places --------------------------------------------------------------------------------------------------------
+
+    def _placed(self, *, first: bool = False) -> Placement:
+        centrifugal = self.problem.centrifugal(np.nan_to_num(self.cage))
+        return place(self.problem, centrifugal, self.on_balls, self.on_ring, None if first else self.placement)
+
+    def _kinematic(self) -> None:
+        """Places with the speed of the cage of pure rolling; of balls that one ring alone touches the mean of the others."""
+        ring = self.problem.controlling
+        for _ in range(MOST_ROUNDS):
+            speeds = np.array([self.problem.race_control(angles, ring)[0] if loads.min() > 0.0 else math.nan
+                               for angles, loads in zip(self.placement.angles, self.placement.loads, strict=True)])
+            mean = float(np.nanmean(speeds)) if not np.isnan(speeds).all() else (
+                self.problem.race_control(np.zeros(2), ring)[0])
+            before, self.cage = self.cage, np.where(np.isnan(speeds), mean, speeds)
+            self.placement = self._placed()
+            if np.abs(self.cage - before).max() <= 1e-11 * np.abs(self.cage).max():
+                break
+
+    def _gather(self) -> None:
+        """Balls alike as one, from the largest load to the smallest."""
+        loads, angles = self.placement.loads, self.placement.angles
+        kinds: list[list[int]] = []
+        scale = np.array([loads.max() or 1.0] * 2 + [1.0, 1.0])
+        states = np.hstack([loads, np.where(loads > 0.0, angles, 0.0)]) / scale
+        for j in np.argsort(-loads[:, 0], kind="stable").tolist():
+            kind = next((kind for kind in kinds if np.abs(states[kind[0]] - states[j]).max() < ALIKE), None)
+            if kind is None:
+                kinds.append([j])
+            else:
+                kind.append(j)
+        self.balls = [Ball(tuple(sorted(kind)), np.zeros(4)) for kind in kinds]
+        ring = self.problem.controlling
+        for ball in self.balls:
+            self._put(ball)
+            if ball.loaded and self.problem.rolls:
+                ball.motion = self.problem.race_control(ball.angles, ring)
+            elif self.problem.rolls:
+                ball.motion[0] = self.cage[ball.members[0]]
+
+    def _put(self, ball: Ball) -> None:
+        ball.loads, ball.angles = (of[ball.members[0]] for of in (self.placement.loads, self.placement.angles))
+        ball.loaded = bool(ball.loads.min() > LIGHT * self.placement.loads.max())
+
+    # --- tractions -----------------------------------------------------------------------------------------------------
+
+    def _solve(self, ball: Ball, contact: Problem) -> None:
+        """Both contacts of a ball at its motion."""
+        for k, ring in enumerate(RINGS):
+            angle, load = float(ball.angles[k]), float(ball.loads[k])
+            if not self.problem.rolls:
+                slow = np.array([self.problem.speeds[0] - 1.0, 0.0, 0.0, 0.0])
+                problem = replace(self.problem.contact_problem(contact, ring, angle, load, slow), motion=contact.motion)
+            else:
+                problem = self.problem.contact_problem(contact, ring, angle, load, ball.motion)
+            ball.contacts[ring] = self._contact(ball, ring, problem)
+
+    def _contact(self, ball: Ball, ring: RingName, problem: Problem) -> SolvedContact:
+        try:
+            result = ball.solvers.setdefault(ring, Solver(self.threads)).solve(problem)
+        except Unsolvable as cause:
+            name = f"the {ring} contact of ball {ball.members[0] + 1}, of {problem.normal_force:.4g} N"
+            raise Unsolvable(f"{name}, cannot be solved: {cause}", "bearing.load",
+                             'other loads, or patches = "plane" in [bearing]') from None
+        self.solves += 1
+        force, moment = tractions_on_ball(self.problem, ring, float(ball.angles[RINGS.index(ring)]), result)
+        frame, creepages = self._frame(ball, ring), [problem.motion.creepage_x, problem.motion.creepage_y, problem.motion.spin]
+        wrench = np.concatenate([frame @ force, frame @ moment * (2.0 / self.problem.ball_diameter)])
+        return SolvedContact(result, np.array(creepages), force, moment, wrench / self._friction(ball, ring))
+
+    def _frame(self, ball: Ball, ring: RingName) -> Array:
+        """e_z, e_x and e_y of a contact as rows."""
+        return np.array(self.problem.frame(ring, float(ball.angles[RINGS.index(ring)])))
+
+    def _friction(self, ball: Ball, ring: RingName) -> float:
+        """Friction limit of a contact in N."""
+        return self.problem.contact.friction.coefficient * float(ball.loads[RINGS.index(ring)])
+
+    def limit(self, ball: Ball) -> float:
+        """Friction limit of a ball in N."""
+        return max(self._friction(ball, ring) for ring in RINGS)
+
+    def saturation(self, ball: Ball, ring: RingName) -> Array:
+        """Creepages and spin at which a contact slides all over."""
+        k = RINGS.index(ring)
+        return self.problem.saturation(ring, float(ball.angles[k]), float(ball.loads[k]))
+
+    def conditions(self, ball: Ball, ring: RingName, wrench: Array) -> Array:
+        """What a contact's tractions, `wrench` (6, …), contribute to the conditions of a ball (8, …), in N: the force along the
+        pitch circle, the moments over D/2, the force that pushes the ball axially and outwards, and that on the inner ring."""
+        frame = self._friction(ball, ring) * self._frame(ball, ring).T
+        force, moment = frame @ wrench[:3], frame @ wrench[3:]
+        return np.concatenate([force[2:], moment, force[:2], -force[:2] if ring == "inner" else np.zeros_like(force[:2])])
+
+    def rest(self, ball: Ball) -> Array:
+        """What is left of the conditions of a ball (8,), in N; the last four are how much the friction that was found differs
+        from that with which the ball was placed. Since its contacts were solved they follow their slopes."""
+        first = ball.members[0]
+        total = -np.concatenate([np.zeros(4), self.on_balls[first], self.on_ring[first]])
+        total[1:4] -= 2.0 / self.problem.ball_diameter * self.problem.gyroscopic(ball.motion)
+        for k, ring in enumerate(RINGS):
+            solved = ball.contacts[ring]
+            moved = self.problem.creepages(ring, float(ball.angles[k]), ball.motion) - solved.creepages
+            wrench = solved.wrench + (ball.slopes[ring] @ (moved / self.saturation(ball, ring)) if ball.slopes else 0.0)
+            total += self.conditions(ball, ring, wrench)
+        return total
+
+    def jacobian(self, ball: Ball) -> Array:
+        """Derivatives of `rest` with the motion of the ball and the friction with which it is placed, (8, 8)."""
+        total = np.diag([0.0] * 4 + [-1.0] * 4)
+        for ring in RINGS:
+            moved = self.changes(ball, ring) / self.saturation(ball, ring)[:, None]
+            total += self.conditions(ball, ring, ball.slopes[ring] @ moved)
+        turned = (self.problem.gyroscopic(ball.motion + unit) - self.problem.gyroscopic(ball.motion - unit)
+                  for unit in np.eye(4))  # quadratic
+        total[1:4, :4] -= np.transpose(list(turned)) / self.problem.ball_diameter
+        return total
+
+    def changes(self, ball: Ball, ring: RingName) -> Array:
+        """Derivatives of the creepages of a contact with the motion of its ball, and, as that turns the contact, with the
+        friction with which the ball is placed, (3, 8)."""
+        k, step, tilt = RINGS.index(ring), 1e-6 * float(np.linalg.norm(ball.motion)), 1e-6
+        angle, motion, members = float(ball.angles[k]), ball.motion, list(ball.members)
+        here = self.problem.creepages(ring, angle, motion)
+        by_motion = [(self.problem.creepages(ring, angle, motion + step * unit) - here) / step for unit in np.eye(4)]
+        by_angle = (self.problem.creepages(ring, angle + tilt, motion) - here) / tilt
+        turned = self.placement.turned[members[0], k, members].sum(axis=0)
+        return np.hstack([np.transpose(by_motion), np.outer(by_angle, turned)])
+
+    def _with_forces(self, level: int | None) -> SolvedBearing:
+        """The bearing that follows, by the slopes of its balls, from the forces on the grid `level` (−1: the last one) in place
+        of those that are extrapolated from all; None: with nothing left of its conditions."""
+        on_balls, on_ring, cage = self.on_balls.copy(), self.on_ring.copy(), self.cage.copy()
+        loaded = [ball for ball in self.balls if ball.loaded]
+        apart = [{ring: self._apart(ball, ring, level) for ring in RINGS} for ball in loaded]
+        missing = [self._missing(ball, level, off) for ball, off in zip(loaded, apart, strict=True)]
+        common = None if self.common is None else self._of_pockets(loaded, missing)[1]
+        balls = {ball.members: replace(ball, integrals={}) for ball in self.balls}
+        for ball, rest in zip(loaded, missing, strict=True):
+            step = self._newton(ball, rest, None if common is None else common - float(ball.motion[0]))
+            where, motion = list(ball.members), ball.motion + step[:4]
+            balls[ball.members].motion = motion
+            on_balls[where], on_ring[where], cage[where] = on_balls[where] + step[4:6], on_ring[where] + step[6:], motion[0]
+        placement = place(self.problem, self.problem.centrifugal(np.nan_to_num(cage)), on_balls, on_ring, self.placement)
+        for new in balls.values():
+            new.loads, new.angles = (of[new.members[0]] for of in (placement.loads, placement.angles))
+        for ball, off in zip(loaded, apart, strict=True):
+            new = balls[ball.members]
+            new.integrals = {ring: self._moved(ball, new, ring, off[ring]) for ring in RINGS}
+        return SolvedBearing(self.problem, placement, list(balls.values()))
+
+    def _apart(self, ball: Ball, ring: RingName, level: int | None) -> dict[str, float]:
+        """How far the `INTEGRALS` of a contact on the grid `level` are from those that are extrapolated."""
+        if level is None:
+            return dict.fromkeys(INTEGRALS, 0.0)
+        scalars = ball.solvers[ring].last[1][level].reported.scalars
+        return {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
+
+    def _missing(self, ball: Ball, level: int | None, apart: Mapping[RingName, Mapping[str, float]]) -> Array:
+        """What the conditions of a ball miss if its contacts' forces are `apart` from those found; all that is left of them if
+        there is no `level`."""
+        if level is None:
+            return self.rest(ball)
+        missing = np.zeros(8)
+        for ring, off in apart.items():
+            along, across, spin = off["force_x_N"], off["force_y_N"], 2e-3 * off["spin_moment_Nmm"]
+            # The ball's centre is D/2 away from where the forces act.
+            wrench = np.array([0.0, along, across, spin / self.problem.ball_diameter, -across, along])
+            missing = missing + self.conditions(ball, ring, wrench / self._friction(ball, ring))
+        return missing
+
+    def _moved(self, ball: Ball, new: Ball, ring: RingName, apart: Mapping[str, float]) -> dict[str, float]:
+        """The `INTEGRALS` of a contact of a ball where the ball is `new`, by the slopes of its wrench, and as far `apart`."""
+        k = RINGS.index(ring)
+        here, integrals = ball.contacts[ring].creepages, ball.integrals[ring]
+        moved = self.problem.creepages(ring, float(new.angles[k]), new.motion) - here
+        units = np.array([1.0, 1.0, 0.5 * self.problem.ball_diameter])
+        follow = units * self._friction(ball, ring) * (ball.slopes[ring] @ (moved / self.saturation(ball, ring)))[1:4]
+        forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
+        power = float((forces + follow) @ moved + follow @ here)
+        speed = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0]
+        changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), speed * power, power)
+        share = float(new.loads[k] / ball.loads[k])
+        return {name: share * (integrals[name] + apart[name] + change) for name, change in zip(INTEGRALS, changes, strict=True)}
+
+    def _differences(self, ball: Ball, contact: Problem) -> None:
+        """Slopes of both contacts by differences."""
+        for k, ring in enumerate(RINGS):
+            here, unit, columns = ball.contacts[ring], self.saturation(ball, ring), []
+            shaped = self.problem.contact_problem(contact, ring, float(ball.angles[k]), float(ball.loads[k]), ball.motion)
+            for axis in range(3):
+                x, y, spin = (here.creepages + DIFFERENCE * unit * np.eye(3)[axis]).tolist()
+                moved = replace(shaped, motion=replace(shaped.motion, creepage_x=x, creepage_y=y, spin=spin))
+                columns.append((self._contact(ball, ring, moved).wrench - here.wrench) / DIFFERENCE)
+            ball.slopes[ring] = np.array(columns).T
+
+    def _whole_step(self, ball: Ball) -> tuple[Array, float]:
+        """Newton's step of the motion and of the friction; and its largest change of a creepage, over that at which a contact
+        slides."""
+        step = self._newton(ball, self.rest(ball), None if self.common is None else self.common - float(ball.motion[0]))
+        changes = [self.changes(ball, ring) @ step / self.saturation(ball, ring) for ring in RINGS]
+        return step, float(np.abs(changes).max())
+
+    def _most(self, ball: Ball, step: Array) -> float:
+        """The share of a step with which the surfaces of both contacts go on flowing the same way, at half of their speed."""
+        speeds = [[self.problem.slip(ring, float(angle), motion)[0] for motion in (ball.motion, ball.motion + step[:4])]
+                  for ring, angle in zip(RINGS, ball.angles, strict=True)]
+        return min(0.5 / max(1.0 - after / before, 0.5) for before, after in speeds)
+
+    def _newton(self, ball: Ball, rest: Array, speed: float | None = None) -> Array:
+        """The change of a ball's motion and of the friction with which it is placed that takes `rest` away; but for its force
+        along the pitch circle, which its pocket takes, if the cage's `speed` changes by as much as is given."""
+        unit = np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)), self.limit(ball)], 4)
+        slopes, step = self.jacobian(ball), np.zeros(8)
+        unknown = slice(0 if speed is None else 1, 8)
+        step[0] = speed or 0.0
+        step[unknown] = unit[unknown] * np.linalg.lstsq(
+            (slopes * unit)[unknown, unknown], -(rest + slopes[:, 0] * step[0])[unknown], rcond=1e-10)[0]
+        return step
+
+    def left(self, ball: Ball) -> float:
+        """What is left of the conditions of a ball, over its friction limit; of friction that differs, `SETTLED` counts as
+        `BALANCED`. With a common cage its speed counts in place of the force along the pitch circle, over that at which the
+        ball slides."""
+        rest = self.rest(ball) / self.limit(ball)
+        if self.common is not None:
+            rest[0] = (ball.motion[0] - self.common) / (float(self.saturation(ball, "outer")[0]) * self.common)
+        return math.hypot(float(np.linalg.norm(rest[:4])), BALANCED / SETTLED * float(np.linalg.norm(rest[4:])))
+
+    def _correct_slopes(self, ball: Ball, contacts: Mapping[RingName, SolvedContact], near: float) -> None:
+        """Slopes that give the change of the wrenches since `contacts`, if creepages changed by less than `near`."""
+        for ring, before in contacts.items():
+            moved = (ball.contacts[ring].creepages - before.creepages) / self.saturation(ball, ring)
+            missed = ball.contacts[ring].wrench - before.wrench - ball.slopes[ring] @ moved
+            if TELLS < float(np.abs(moved).max()) < near:
+                ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, moved) / float(moved @ moved)
+
+    def _in_balance(self, ball: Ball, contact: Problem, tolerance: float) -> None:
+        """Move a ball, and its place with its friction, until what is left of its conditions falls below `tolerance`, or
+        nothing more helps."""
+        where, fresh, share = list(ball.members), False, 1.0
+        for _ in range(MOST_STEPS):
+            if (left := self.left(ball)) <= tolerance:
+                return
+            if not ball.slopes or share < SHORTEST:
+                if fresh:
+                    return
+                self._differences(ball, contact)
+                fresh, share = True, 1.0
+            step, size = self._whole_step(ball)
+            share = min(share, LONGEST / size, self._most(ball, step))
+            step = share * step
+            motion, placement, contacts = ball.motion, self.placement, dict(ball.contacts)
+            on_ball, on_ring = self.on_balls[where], self.on_ring[where]
+            ball.motion = motion + step[:4]
+            self.on_balls[where], self.on_ring[where] = on_ball + step[4:6], on_ring + step[6:]
+            self.cage[where] = ball.motion[0]
+            self.placement = self._placed()
+            self._put(ball)
+            if ball.loaded and not self.placement.reason:
+                self._solve(ball, contact)
+                closer = (self.left(ball) <= max(tolerance, LESS * left)
+                          or self._whole_step(ball)[1] < (1.0 - CLOSER * share) * size)
+                self._correct_slopes(ball, contacts, math.inf if closer else NEAR)
+                if closer:
+                    share, fresh = min(1.0, LONGER * share), False
+                    continue
+            ball.motion, self.placement, self.on_balls[where], self.on_ring[where] = motion, placement, on_ball, on_ring
+            self.cage[where] = ball.motion[0]
+            self._put(ball)
+            ball.contacts, share = contacts, SHORTER * share
+
+    def _balance(self, contact: Problem, tolerance: float) -> str:
+        """Rounds over all balls until nothing changes; else why not."""
+        for ball in self.balls:
+            if ball.contacts:
+                self._solve(ball, contact)
+        left, idle, unbalanced, turned = 0.2, 0, 0.0, 0.0
+        for _ in range(MOST_ROUNDS):
+            self.rounds += 1
+            loaded, last = [ball for ball in self.balls if ball.loaded], None
+            if not loaded:
+                return "no ball touches both rings"
+            # The friction of every ball moves the ring: all of them get closer together.
+            wanted = tolerance if len(loaded) == 1 else max(0.5 * tolerance, 0.05 * left)
+            for ball in loaded:
+                if not ball.contacts:
+                    self._begin(ball, last, contact)
+                self._in_balance(ball, contact, wanted)
+                last = ball
+            # Pockets of balls that are alike have no forces.
+            if self.problem.common_cage and len(loaded) > 1:
+                unbalanced, turned = self._turn_cage(loaded, turned, tolerance)
+            self._carry_along(loaded)
+            self.placement = self._placed()
+            if self.placement.reason:
+                return self.placement.reason
+            for ball in self.balls:
+                self._put(ball)
+            known = [ball for ball in self.balls if ball.loaded and ball.contacts]
+            before, left = left, max(map(self.left, known), default=math.inf)
+            self.report("bearing", {"iteration": self.rounds, "residual": left})
+            if left <= tolerance and unbalanced <= tolerance and all(ball.contacts for ball in self.balls if ball.loaded):
+                return ""
+            idle = idle + 1 if left > 0.7 * before and unbalanced <= tolerance else 0
+            if idle == 2:
+                break
+        return self._without_axis(max(known, key=self.left)) if left > tolerance else (
+            f"the cage found no common speed: its pockets are left with {unbalanced:.1e} of the friction limit")
+
+    def _begin(self, ball: Ball, before: Ball | None, contact: Problem) -> None:
+        """The first motion: between both race controls, as far as the ball before, and with its slopes."""
+        inner, outer = (self.problem.race_control(ball.angles, ring) for ring in RINGS)
+        if before is None:
+            tried = []
+            for motion in (outer, 0.5 * (inner + outer), inner):
+                ball.motion = motion
+                self._solve(ball, contact)
+                tried.append((self.left(ball), motion, dict(ball.contacts)))
+            _, ball.motion, ball.contacts = min(tried, key=lambda each: each[0])
+            return
+        its = [self.problem.race_control(before.angles, ring) for ring in RINGS]
+        ball.motion = 0.5 * (inner + outer) + before.motion - 0.5 * (its[0] + its[1])
+        ball.slopes = dict(before.slopes)
+        for ring in RINGS:
+            ball.solvers[ring] = Solver(self.threads)
+            ball.solvers[ring].last = before.solvers[ring].last
+        self._solve(ball, contact)
+
+    def _carry_along(self, loaded: list[Ball]) -> None:
+        """Balls that one ring alone touches have no friction and go round as the others do, at their mean."""
+        carried = [j for ball in loaded for j in ball.members]
+        free = [j for j in range(self.problem.balls) if j not in carried]
+        self.on_balls[free] = self.on_ring[free] = 0.0
+        self.cage[free] = float(np.mean(self.cage[carried]))
+
+    def _turn_cage(self, loaded: list[Ball], last: float, tolerance: float) -> tuple[float, float]:
+        """Change the speed that all balls share so that the forces of their pockets vanish together, by at most four times the
+        `last` change, or seven tenths of it back; the first time each ball has its own speed. How large the forces were, over
+        the friction limit of all balls, and the change."""
+        force, speed = self._of_pockets(loaded, [self.rest(ball) for ball in loaded])
+        if self.common is None:
+            self.common = speed
+        elif force > tolerance:
+            step = speed - self.common
+            slides = LONGEST * abs(self.common) * float(self.saturation(loaded[0], "outer")[0])
+            most = (4.0 if step * last > 0.0 else 0.7) * abs(last) or slides
+            last = min(max(step, -most), most)
+            self.common += last
+        return force, last
+
+    def _of_pockets(self, loaded: list[Ball], rests: list[Array]) -> tuple[float, float]:
+        """The force of all pockets along the pitch circle, over the friction limit, that `rests` of all balls would leave, and
+        the common speed at which it vanishes, by the slopes of the balls."""
+        force, slope, towards, limit = 0.0, 0.0, 0.0, 0.0
+        for ball, rest in zip(loaded, rests, strict=True):
+            count, slopes = len(ball.members), self.jacobian(ball)
+            follow = np.linalg.lstsq(slopes[1:, 1:], np.stack([rest[1:], slopes[1:, 0]], -1), rcond=1e-10)[0]
+            own, its = np.array([rest[0], slopes[0, 0]]) - slopes[0, 1:] @ follow
+            force, slope, towards = force + count * own, slope + count * its, towards + count * its * ball.motion[0]
+            limit += count * self.limit(ball)
+        return abs(force) / limit, (towards - force) / slope
+
+    def _without_axis(self, ball: Ball) -> str:
+        """Why a ball found no axis."""
+        of_tractions, left = self.limit(ball) * self.problem.ball_diameter, self.left(ball)
+        gyroscopic, name = float(np.linalg.norm(self.problem.gyroscopic(ball.motion))), f"ball {ball.members[0] + 1}"
+        if gyroscopic > 0.5 * of_tractions:
+            return (f"{name}: no axis was found, {left:.1e} of the friction limit are left over; its gyroscopic moment of "
+                    f"{1e3 * gyroscopic:.3g} N mm is near what friction holds, {1e3 * of_tractions:.3g} N mm: more load, more "
+                    "friction or less speed keeps it")
+        return f"{name}: the tractions of its contacts do not balance, {left:.1e} of the friction limit are left over"
+
+
+def tractions_on_ball(problem: BearingProblem, ring: RingName, angle: float, result: Result) -> tuple[Array, Array]:
+    """Force (N) and moment about the ball's centre (N m) by the tractions of a ring, along e_a, e_r and e_t.
+
+    Tractions act at (x, Y, D/2 − h) in the axes of the contact from the ball's centre, h being the height of the common surface
+    over the plane of the contact, and are inclined by its angle β(y) across."""
+    normal, along, across = problem.frame(ring, angle)
+    geometry, state = result.problem.geometry, result.coupled
+    contact, conformity, diameter = result.problem, problem.conformity[RINGS.index(ring)], problem.ball_diameter
+    share = contact.contact_modulus / contact.lower.plane_strain_modulus
+    bent = ((1.0 - share) / conformity + 2.0 * share) / diameter
+    turned = geometry.inclination(state.y) if isinstance(geometry, CurvedPatch) else bent * state.y
+    sine, cosine = np.sin(turned), np.cos(turned)
+    height, lateral, half = (1.0 - cosine) / bent, sine / bent, 0.5 * diameter
+    area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
+    shear_x, shear_y = (area * np.asarray(state.fields[name]) for name in ("shear_x", "shear_y"))
+    scalars = state.scalars
+    force_x, force_y = scalars["force_x_N"], scalars["force_y_N"] + float((shear_y * (cosine - 1.0)).sum())
+    # Extrapolated forces, which are more accurate than sums of the fields, times their arm; the rest is small.
+    moment = (
+        -half * scalars["force_y_N"] + float((shear_y * (half - lateral * sine - (half - height) * cosine)).sum()),
+        half * force_x + float((state.x[:, None] * sine * shear_y - height * shear_x).sum()),
+        1e-3 * scalars["spin_moment_Nmm"],
+    )
+    return force_x * along + force_y * across, moment[0] * along + moment[1] * across + moment[2] * normal

@@ -1,0 +1,187 @@
+"""What is asked of a history: which inputs change, when, and how it begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from thermoroll_cli.one_contact.steady_state.derived import pressed_to
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.tools.arrays import Array
+
+Begin = Literal["steady", "pressed"] | Result
+SPEED = "rolling.speed_m_s"
+SHIFTS = "shift.longitudinal_um", "shift.lateral_um"
+
+
+def _of(part: str, name: str) -> Callable[[Problem, float], Problem]:
+    def changed(problem: Problem, value: float) -> Problem:
+        inner: Any = getattr(problem, part)
+        return replace(problem, **{part: replace(inner, **{name: value})})
+
+    return changed
+
+
+VARIED: dict[str, tuple[float, Callable[[Problem, float], Problem]]] = {
+    "load.normal_N": (1.0, lambda problem, value: replace(problem, normal_force=value)),
+    "load.normal_N_mm": (1e3, lambda problem, value: replace(problem, normal_force=value)),
+    "load.approach_um": (1e-6, pressed_to),
+    "load.friction_coefficient": (1.0, _of("friction", "coefficient")),
+    SPEED: (1.0, _of("motion", "speed")),
+    "creepage.longitudinal": (1.0, _of("motion", "creepage_x")),
+    "creepage.lateral": (1.0, _of("motion", "creepage_y")),
+    "creepage.spin_rad_mm": (1e3, _of("motion", "spin")),
+    "force.longitudinal_N": (1.0, _of("motion", "force_x")),
+    "force.lateral_N": (1.0, _of("motion", "force_y")),
+    "force.longitudinal_N_mm": (1e3, _of("motion", "force_x")),
+    "force.lateral_N_mm": (1e3, _of("motion", "force_y")),
+    "thermal.bulk_temperature_lower_K": (1.0, _of("heating", "bulk_lower")),
+    "thermal.bulk_temperature_upper_K": (1.0, _of("heating", "bulk_upper")),
+    **dict.fromkeys(SHIFTS, (1e-6, lambda problem, value: problem)),
+}
+"""Keys that may change, each with the SI value of its unit and what it changes. Shifts change no problem: the step that they
+happen in does (`steps`)."""
+OF_LINES = tuple(key for key in VARIED if key.endswith("_N_mm"))
+"""Those of line contacts alone."""
+OF_ELLIPSES = (*(key.removesuffix("_mm") for key in OF_LINES), "load.approach_um", "creepage.spin_rad_mm")
+"""Those of all others alone."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """Inputs over time: `values` by key of `VARIED`, in the units of the keys, at the `places`, linear between them; the same
+    place twice is a jump. Places are times in s, or with `by_distance` distances rolled in m. `steps` equal steps are reported,
+    or without it a row for each place; every `fields_every`-th row keeps its fields (0: none)."""
+
+    places: tuple[float, ...]
+    values: Mapping[str, tuple[float, ...]]
+    by_distance: bool = False
+    steps: int | None = None
+    begin: Begin = "steady"
+    fields_every: int = 0
+
+    @cached_property
+    def rows(self) -> Array:
+        """The places that are reported."""
+        if self.steps is None:
+            return np.unique(self.places)
+        return np.linspace(self.places[0], self.places[-1], self.steps + 1)
+
+    @property
+    def places_of_fields(self) -> Array:
+        """The rows that keep their fields."""
+        return self.rows[:: self.fields_every] if self.fields_every else self.rows[:0]
+
+    @cached_property
+    def jumps(self) -> tuple[float, ...]:
+        """Places at which inputs jump."""
+        return tuple(one for one, other in zip(self.places, self.places[1:], strict=False) if one == other)
+
+    @cached_property
+    def turns(self) -> tuple[float, ...]:
+        """Places at which an input turns back."""
+        changes = [np.diff(values) for values in self.values.values()]
+        back = [i + 1 for i in range(len(self.places) - 2) if any(change[i] * change[i + 1] < 0.0 for change in changes)]
+        return tuple(self.places[i] for i in back)
+
+    def at(self, key: str, places: Array, *, after: bool = False) -> Array:
+        """Values of `key` in its unit at `places`; at a jump those before it, or `after` it."""
+        known, given = np.array(self.places), np.array(self.values[key])
+        if after:
+            return self._from_left(-known[::-1], given[::-1], -places)
+        return self._from_left(known, given, places)
+
+    @staticmethod
+    def _from_left(known: Array, given: Array, places: Array) -> Array:
+        """Linear interpolation that takes the first of several values at one place."""
+        right = np.clip(np.searchsorted(known, places, side="left"), 1, len(known) - 1)
+        width = known[right] - known[right - 1]
+        share = np.where(width > 0.0, (places - known[right - 1]) / np.where(width > 0.0, width, 1.0), 0.0)
+        return np.asarray(given[right - 1] + np.clip(share, 0.0, 1.0) * (given[right] - given[right - 1]))
+
+
+@dataclass(frozen=True)
+class History:
+    """A contact over time: the `problem` with the values that do not change, and the `course` of those that do."""
+
+    problem: Problem
+    course: Course
+
+    @property
+    def contact(self) -> Problem:
+        """The problem that all steps share."""
+        return self.problem
+
+    @property
+    def stops(self) -> tuple[float, ...]:
+        """Places that no step may pass over: jumps, and where nothing rolls turns, since the path alone counts there."""
+        still = SPEED not in self.course.values and self.problem.motion.speed == 0.0
+        return (*self.course.jumps, *(self.course.turns if still else ()))
+
+    def with_stops(self, places: Array) -> Array:
+        """`places` in order, and the `stops` between the first and the last of them."""
+        return np.union1d(places, [stop for stop in self.stops if places[0] < stop < places[-1]])
+
+    @property
+    def restarts(self) -> tuple[float, ...]:
+        """Places from which a step knows one state alone, and is of first order: `stops`, and a start from nothing. A state
+        from a file goes on as one of the same history does."""
+        return (*(self.course.places[:1] if self.course.begin == "pressed" else ()), *self.stops)
+
+    def problem_at(self, place: float, *, after: bool = False) -> Problem:
+        """The problem at one place of the course; at a jump the one before it, or `after` it."""
+        problem = self.problem
+        for key in self.course.values:
+            factor, changed = VARIED[key]
+            problem = changed(problem, factor * float(self.course.at(key, np.array([place]), after=after)[0]))
+        return problem
+
+    def shift_at(self, place: float) -> tuple[float, float]:
+        """Total shift along x and y in m."""
+        along, across = (VARIED[key][0] * float(self.course.at(key, np.array([place]))[0]) if key in self.course.values else 0.0
+                         for key in SHIFTS)
+        return along, across
+
+    @cached_property
+    def largest(self) -> Problem:
+        """The problem of the largest load or approach: its contact holds those of all others."""
+        problems = [self.problem_at(place, after=after) for place in self.course.places for after in (False, True)]
+        return max(problems, key=lambda problem: (problem.approach or 0.0, problem.normal_force))
+
+    @cached_property
+    def most(self) -> Problem:
+        """A problem that moves wherever the history does, for its symmetry."""
+        motions = [self.problem_at(place, after=after).motion for place in self.course.places for after in (False, True)]
+
+        def largest(name: str) -> Any:
+            values = [getattr(motion, name) for motion in motions]
+            return max(values, key=lambda value: math.inf if value is None else abs(value))
+
+        across = any(self.shift_at(place)[1] for place in self.course.places)
+        along = any(self.shift_at(place)[0] for place in self.course.places)
+        motion = replace(motions[0], creepage_x=None if along else largest("creepage_x"), spin=largest("spin"),
+                         creepage_y=None if across else largest("creepage_y"))
+        return replace(self.largest, motion=motion)
+
+    def clock(self, places: Array) -> tuple[Array, Array]:
+        """Time in s and distance rolled in m at `places`. The one that is not given begins at 0 and is the integral of the
+        speed, which varies linearly between the places of the course, or of one over it."""
+        knots = np.unique(np.concatenate([places, self.course.places]))
+        if SPEED in self.course.values:
+            one, other = self.course.at(SPEED, knots, after=True)[:-1], self.course.at(SPEED, knots)[1:]
+        else:
+            one = other = np.full(len(knots) - 1, self.problem.motion.speed)
+        rates = 0.5 * (one + other)
+        if self.course.by_distance:
+            change = other - one
+            varies = np.abs(change) > 1e-6 * rates
+            rates = np.where(varies, np.log(other / one) / np.where(varies, change, 1.0), 1.0 / rates)
+        total = np.concatenate([[0.0], np.cumsum(np.diff(knots) * rates)])
+        found = total[np.searchsorted(knots, places)]
+        return (found, places) if self.course.by_distance else (places, found)

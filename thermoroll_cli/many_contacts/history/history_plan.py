@@ -1,0 +1,148 @@
+"""Decided before a history is solved: its grids and steps, what is against it, and what it takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.many_contacts.history.course import SPEED, History
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
+from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
+from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.tools.arrays import Array
+
+COARSEST = 8
+"""Elements per side of a coarser grid that gives error estimates."""
+FIRST, FINEST = 32, 256
+"""Elements per side of the first grid and of the last one tried where an accuracy is asked for; each takes eight times the time
+of the one before."""
+SHORTEST = 10.0
+"""Least length of a line contact, in half-widths: its displacements are those in its middle."""
+FEW = 6
+"""Steps below which errors are doubtful."""
+OF_BEGINNING, OF_STEP = 50, 14
+"""Applications of the steady state at the beginning and of a step, as measured on 16 to 64 elements."""
+STEP_SECONDS, TABLE_SECONDS, EXPANSION_SECONDS = 7e-3, 4e-4, 6e-3
+"""Seconds of a step besides its applications, and of a table of temperatures and of thermal expansion over time."""
+FIELDS = 60
+"""Padded fields of the solvers on a grid."""
+NEW_TABLES = 4
+"""Ages of heat whose tables are new in a step of equal ones."""
+
+Runs = tuple[tuple[int, int], list[Array]]
+"""A grid, and the places of the steps of each run on it."""
+
+
+def grids_of(history: History) -> Iterator[Runs]:
+    """Grids from coarse to fine with the places of the steps of each run: half the elements with every second row and with all
+    others, what is asked for, and where an accuracy is asked for twice the elements and the steps again and again. Steps after
+    a restart, of first order, are halved, and compared with whole ones."""
+    rows, numerics, restarts = history.course.rows, history.problem.numerics, np.array(history.restarts)
+    restarts = restarts[restarts < rows[-1]]
+
+    def after(places: Array) -> Array:
+        return places[np.searchsorted(places, restarts, side="right")]
+
+    sides = (numerics.grid or (FIRST, FIRST))[: 1 if history.problem.line else 2]
+
+    def shape(counts: Iterable[int]) -> tuple[int, int]:
+        """Elements along and across, of which a line contact has one."""
+        along, *across = counts
+        return along, across[0] if across else 1
+
+    if min(sides) >= 2 * COARSEST:
+        every_second = [np.union1d(rows[::2], rows[-1]), np.union1d(rows[:1], rows[1::2])]
+        yield shape((side + 1) // 2 for side in sides), every_second[: len(rows) - 1]
+    yield shape(sides), [np.union1d(rows, 0.5 * (restarts + after(rows)))]
+    times = 2
+    while numerics.grid is None and times * sides[0] <= FINEST:
+        between = np.arange((len(rows) - 1) * times + 1) / times
+        places = np.interp(between, np.arange(len(rows)), rows)
+        yield shape(times * side for side in sides), [np.union1d(places, 0.5 * (restarts + after(places)))]
+        times *= 2
+
+
+def check(history: History) -> None:
+    """Raises Unsolvable for the first reason against the problem at any place of the course."""
+    half, length = DerivedQuantities(history.largest).scales.semi_axis_x, history.problem.length
+    if length < SHORTEST * half:
+        raise Unsolvable(f"a length of {1e3 * length:g} mm is short beside a contact that is {2e3 * half:.3g} mm wide",
+                         "history.length_mm", f"{1e3 * SHORTEST * half:.3g} mm or more, or a profile and load.normal_N")
+    for place in history.course.places:
+        for after in (False, True):
+            for reason in reasons_against(DerivedQuantities(history.problem_at(place, after=after))):
+                key = "history.values" if reason.key in history.course.values else reason.key
+                where = f"at {1e3 * place:g} mm" if history.course.by_distance else f"at {place:g} s"
+                raise Unsolvable(f"{where}: {reason}", key, reason.allowed)
+
+
+def warnings_of(history: History) -> list[str]:
+    """Warnings that need no solution."""
+    count = len(history.course.rows) - 1
+    doubtful = count < FEW and history.problem.motion.speed > 0.0 and history.problem.numerics.accuracy is None
+    return [f"few steps ({count}): errors may be larger than estimated; set history.steps"] if doubtful else []
+
+
+@dataclass(frozen=True)
+class HistoryPlan:
+    """The number of steps on each of the `grids`, from coarse to fine, and what they take: `applications` of the tangential
+    operator on all grids, `memory_bytes`, of which `past_bytes` remember the heat of all steps, and `seconds`, each roughly."""
+
+    grids: Sequence[tuple[tuple[int, int], Sequence[int]]]
+    applications: int
+    memory_bytes: int
+    past_bytes: int
+    seconds: float
+
+    @property
+    def sides(self) -> list[tuple[tuple[int, ...], Sequence[int]]]:
+        """`grids`; those of a line contact have elements along rolling alone."""
+        return [(tuple(side for side in shape if side > 1), counts) for shape, counts in self.grids]
+
+    @property
+    def steps(self) -> list[tuple[str, tuple[int, ...]]]:
+        """What is reported of each state, in this order."""
+        return [("tangential", shape) for shape, runs in self.grids for count in runs for _ in range(count + 1)]
+
+
+def plan_of(history: History) -> HistoryPlan:
+    """The plan of a history. Raises Unsolvable as `check`."""
+    check(history)
+    grids = [(shape, [len(history.with_stops(places)) - 1 for places in runs]) for shape, runs in grids_of(history)]
+    (nx, ny), counts = grids[-1]
+    past = _past(history, (nx, ny), max(counts))
+    applications, seconds = zip(*(_cost(history, shape, count) for shape, counts in grids for count in counts), strict=True)
+    return HistoryPlan(grids, sum(applications), 8 * 4 * nx * ny * FIELDS + past, past, sum(seconds))
+
+
+def _effects(history: History) -> tuple[int, bool]:
+    """The number of tables of each age of heat, of both bodies, and whether those of thermal expansion are among them."""
+    problem = history.problem
+    if not problem.heating.heat:
+        return 0, False
+    hot = bool(problem.heating.deformation) and any(body.free_expansion for body in heated_bodies(problem, 0.0, 0.0))
+    return 6 if hot else 4, hot
+
+
+def _past(history: History, shape: tuple[int, int], steps: int) -> int:
+    """Bytes of the transforms of the heat of all steps, and of the tables of their ages, half of which differ from those of the
+    last step."""
+    tables, _ = _effects(history)
+    exchanged = history.problem.heating.partition == "matched"
+    return (2 + exchanged + tables + tables // 2) * steps * 32 * shape[0] * (shape[1] + 1) if tables else 0
+
+
+def _cost(history: History, shape: tuple[int, int], steps: int) -> tuple[int, float]:
+    """Applications and seconds of one run; transforms take the time that they do in the plan of a contact."""
+    padded, (tables, hot) = 4 * shape[0] * shape[1], _effects(history)
+    iterations = 2 if hot else 1
+    applications = OF_BEGINNING + OF_STEP * steps * iterations
+    seconds = applications * 4 * padded * math.log2(padded) * 4e-10 + steps * STEP_SECONDS * iterations
+    if tables:
+        ages = 0.5 * steps if SPEED in history.course.values else NEW_TABLES
+        seconds += 2 * steps * ages * (2 * TABLE_SECONDS + hot * EXPANSION_SECONDS) + 0.5 * steps**2 * tables * padded * 5e-9
+    return applications, seconds

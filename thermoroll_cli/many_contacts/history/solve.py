@@ -1,0 +1,218 @@
+"""A history on its grid and on the next coarser one with twice the steps: rows with estimated errors, and the last state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from typing import Any
+
+import numpy as np
+import scipy
+
+from thermoroll_cli.many_contacts.history.course import VARIED, History
+from thermoroll_cli.many_contacts.history.history_plan import check, grids_of, warnings_of
+from thermoroll_cli.many_contacts.history.kept_steps import KeptSteps
+from thermoroll_cli.many_contacts.history.steps import Moment, Steps
+from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR, missed_accuracy
+from thermoroll_cli.one_contact.refinement.outcome import state_of_line
+from thermoroll_cli.one_contact.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
+from thermoroll_cli.one_contact.steady_state.scalars import patches_of, problem_scalars
+from thermoroll_cli.problem.columns import CONVERGED, Columns
+from thermoroll_cli.problem.names import ALL_SCALARS, PLACES, SCALARS, UNCERTAINTY, holds, known_as, over_limit, per_length
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.tools.arrays import Array
+from thermoroll_cli.tools.journal import Journal
+
+SAFETY = 1.75
+"""Estimated error over the difference from half the elements and steps: with kinks and jumps between long steps, which have
+errors of first order, 96 % of 520 pairs are then covered (`make stress`), at six times the error in the median."""
+MIDDLE = 0.25
+"""Least error of the pressure in the middle over that of the largest one: on 10 and 20 elements it may be the same."""
+
+Report = Callable[[str, Mapping[str, Any]], None]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A state of a history as tables have it: its `place` in the course, `time` in s, `distance` rolled in m, scalars, the
+    `applications` since the row before, whether all steps since then were solved, and with its fields the `state`."""
+
+    place: float
+    time: float
+    distance: float
+    scalars: Mapping[str, float]
+    applications: int
+    converged: bool
+    state: State | None = None
+
+
+class HistorySolver:
+    """Solves history after history."""
+
+    def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
+        self._threads, self._options = threads, options
+
+    def solve(self, history: History, *, report: Report | None = None, journal: Journal | None = None) -> Result:
+        """The result of the last state, with the columns of all. What is reported of a step may have `so_far`, a function that
+        makes the result up to there. Steps go into the `journal`, if there is one, and those that it has are not solved again.
+        Raises Unsolvable where friction cannot carry a force, JournalError."""
+        check(history)
+        extent = max(history.problem.numerics.extent, SMALLEST_EXTENT)
+        warnings = known = warnings_of(history)
+        while True:
+            found = self._refined(history, extent, warnings, report, journal)
+            if found is not None:
+                return found
+            extent *= GROWTH
+            warnings = [*known, f"the contact reached the rim of the domain: extent grown to {extent:g}"]
+
+    def _refined(
+        self, history: History, extent: float, warnings: Sequence[str], report: Report | None, journal: Journal | None
+    ) -> Result | None:
+        """The result on grids with ever more elements and steps, until it is as accurate as asked; None where the contact
+        reaches the rim of a domain that may grow."""
+        level, accuracy, grids = None, history.problem.numerics.accuracy, list(grids_of(history))
+        for shape, runs in grids:
+            level = _Level(history, [] if level is None else level.rows, warnings)
+            for moment in chain.from_iterable(
+                    Steps(history, shape, self._options, self._threads, extent).moments(
+                        places, KeptSteps(journal, f"{extent:g}/{shape[0]}x{shape[1]}/{run}"))
+                    for run, places in enumerate(runs)):
+                level.add(moment)
+                if report is not None:
+                    report("tangential", {
+                        "grid": list(shape), "applications": moment.applications,
+                        "residual": moment.state.contact.tangential.residual,
+                        **({"so_far": level.result} if level.coarser or len(grids) == 1 else {})})
+                if moment.state.touches_rim and extent <= LARGEST_EXTENT:
+                    return None
+            if accuracy is not None and level.coarser and not _missed(level.result(), history):
+                break
+        assert level is not None
+        found = level.result()
+        if accuracy is not None and (missed := _missed(found, history)):
+            tried = " × ".join(map(str, found.work["grid"]))
+            reason = (f"accuracy {accuracy:g} not reached on the finest grid tried, {tried} elements: "
+                      f"{', '.join(missed)}; ask for more than {accuracy:g} or for others in numerics.accuracy_of, or set "
+                      "numerics.grid and history.steps")
+            found = replace(found, converged=False, reason=found.reason or reason)
+        return found
+
+
+@dataclass
+class _Level:
+    """A history on one grid: its `rows` up to now, beside those on a `coarser` one."""
+
+    history: History
+    coarser: Sequence[Row]
+    warnings: Sequence[str]
+    rows: list[Row] = field(default_factory=list)
+    _last: Moment | None = None
+    _work: int = 0
+    _solved: bool = True
+
+    def add(self, moment: Moment) -> None:
+        """The end of a step, which is a row where the course has one."""
+        self._last, self._work, self._solved = moment, self._work + moment.applications, self._solved and moment.converged
+        if moment.place in self.history.course.rows:
+            reported = _reported(moment)
+            self.rows.append(Row(moment.place, moment.time, moment.distance, reported.scalars, self._work, self._solved,
+                                 reported if moment.place in self.history.course.places_of_fields else None))
+            self._work, self._solved = 0, True
+
+    def result(self) -> Result:
+        """The result up to now."""
+        assert self._last is not None
+        return _result(self.history, self.rows, self._last, _errors(self.history, self.rows, self.coarser), self.warnings)
+
+
+def _missed(result: Result, history: History) -> list[str]:
+    """The scalars whose estimated error in some row is above the accuracy that is asked for, over the largest scale of all."""
+    table = result.history
+    assert table is not None
+    largest = {name: float(np.nanmax(np.abs(column))) for name, column in table.numbers.items()
+               if not name.startswith(UNCERTAINTY)}
+    errors = dict.fromkeys(SCALARS, 0.0)
+    for name, column in ((name, UNCERTAINTY + known_as(name, largest)) for name in SCALARS):
+        scale = error_scale(name, largest) if column in table else 0.0
+        errors[name] = float(np.nanmax(table[column])) / scale if scale else 0.0
+    return missed_accuracy(errors, largest, history.problem)
+
+
+def _errors(history: History, rows: Sequence[Row], coarser: Sequence[Row]) -> dict[str, Array]:
+    """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at the same places. The
+    difference counts `SAFETY` times, as for errors of first order, which jumps and kinks of inputs have. It changes its sign:
+    an error is no less than that of the rows beside it, and than the mean of all, beside the `FLOOR` of tolerances. Those of
+    work and heat are no less than what is missing between both and the stored energy. Where a difference may vanish by chance
+    in all rows, another one tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`."""
+    found: dict[str, Array] = {}
+    problem, of_problem = history.problem_at(rows[-1].place), _known(history.largest)
+    columns = {name: np.array([row.scalars[name] for row in rows]) for name in rows[0].scalars}
+    largest = {**of_problem, **{name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}}
+    places = np.array([row.place for row in rows])
+    other = {row.place: row for row in coarser}
+    both = [i for i, row in enumerate(rows) if row.place in other]
+    for name, column in columns.items() if both else ():
+        difference = np.abs(column[both] - np.array([other[rows[i].place].scalars[name] for i in both]))
+        known = ~np.isnan(difference)
+        given = name in ALL_SCALARS and holds(ALL_SCALARS[name].given, problem)
+        if known.any() and difference[known].any() and not given:
+            beside = scipy.ndimage.maximum_filter1d(difference[known], 3)
+            error = np.maximum(np.interp(places, places[both][known], beside), np.sqrt((difference[known] ** 2).mean()))
+            found[name] = np.where(np.isnan(column), math.nan, SAFETY * error + FLOOR * error_scale(name, largest))
+    stored, worked, heat = (known_as(name, columns) for name in ("elastic_energy_J", "work_J", "heat_J"))
+    missing = np.abs(columns[worked] - columns[heat] - (columns[stored] - columns[stored][0]))
+    balance = np.maximum(found.get(heat, 0.0), np.maximum.accumulate(missing))
+    found |= {heat: balance, worked: np.maximum(found.get(worked, 0.0), balance)}
+    if "pressure_centre_MPa" in found and "pressure_max_MPa" in found:
+        found["pressure_centre_MPa"] = np.maximum(found["pressure_centre_MPa"], MIDDLE * found["pressure_max_MPa"])
+    return found
+
+
+def _reported(moment: Moment) -> State:
+    """What is reported of a moment; of a line contact per length."""
+    return state_of_line(moment.reported) if moment.here.derived.problem.line else moment.reported
+
+
+def _known(problem: Problem) -> dict[str, float]:
+    """Scalars of a problem; of a line contact per length."""
+    known = problem_scalars(DerivedQuantities(problem))
+    return per_length(known) if problem.line else known
+
+
+def _result(
+    history: History, rows: Sequence[Row], last: Moment, errors: Mapping[str, Array], warnings: Sequence[str]
+) -> Result:
+    """The state of the `last` moment with the columns of all `rows`; it has converged if every step was solved."""
+    failed = [row for row in rows if not row.converged]
+    reason = "" if not failed else (
+        f"{len(failed)} of {len(rows)} steps were not solved, the first one at {failed[0].time:g} s after "
+        f"{1e3 * failed[0].distance:g} mm: smaller steps help where inputs change much in one")
+    problems = [history.problem_at(row.place) for row in rows]
+    of_problem = [_known(problem) for problem in problems]
+    numbers = [{**row.scalars, **known} for row, known in zip(rows, of_problem, strict=True)]
+    cells = [each | over_limit(each) for each in numbers]
+    places = np.array([row.place for row in rows])
+    inputs = {key: history.course.at(key, places).tolist() for key in VARIED if key in history.course.values}
+    table = Columns({
+        "distance_mm": [1e3 * row.distance for row in rows], "time_s": [row.time for row in rows],
+        **inputs, "status": [CONVERGED if row.converged else f"not_{CONVERGED}" for row in rows],
+        "reason": ["" if row.converged else "the step was not solved" for row in rows],
+        **{name: [each[name] for each in cells] for name in cells[0] if any(each[name] == each[name] for each in cells)},
+        **{f"{UNCERTAINTY}{name}": error.tolist() for name, error in errors.items()}},
+        varied=(*PLACES, *inputs), over=("time_s",), title=history.problem.title,
+        states={number: row.state for number, row in enumerate(rows) if row.state is not None})
+    problem = replace(problems[-1], normal_force=last.reported.scalars["normal_N"])
+    state, known = _reported(last), {name: float(error[-1]) for name, error in errors.items()}
+    return Result(
+        problem=problem, coupled=state, isothermal=state, of_problem=of_problem[-1],
+        converged=not failed, reason=reason, uncertainty=known,
+        work={"grid": list(last.here.grid.sides), "extent": last.here.extent, "steps": len(rows) - 1,
+              "applications": sum(row.applications for row in rows), "skipped": {}},
+        patches=tuple(patches_of(last.here, last.state.contact)), history=table, warnings=tuple(warnings))

@@ -1,0 +1,176 @@
+"""Rails and wheels in the axes of the track and of the wheelset, and the line along which a wheel can touch a rail that is
+straight, or a roller.
+
+A roller is a rail that is bent about an axle below it. In the coordinates x = ϑ R, y and z = R − ρ, with the radius R of its
+top, the angle ϑ about the axle and the distance ρ from it, it is straight. A patch is described in axes that are turned about
+the axle, or shifted along the track, to where it lies (`Position.ahead`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
+from thermoroll_cli.tools.arrays import Array
+
+LOCUS_SWEEPS = 5
+"""Steps of Newton's method to the place where a wheel touches a roller: from that on a straight rail, rounding after four."""
+
+
+@dataclass(frozen=True)
+class Roller:
+    """The `radius` (m) of a roller, whose axle lies as deep below y = z = 0 of the track, and its angular velocity `turning`
+    (rad/s, positive where its top moves backwards)."""
+
+    radius: float
+    turning: float
+
+
+@dataclass(frozen=True)
+class RailSide:
+    """A right rail: its profile (y to the field side, z down, m), `cant` inwards (rad), half the gauge (m) measured
+    `gauge_height` below the top, and shifts and a roll of its own.
+    `friction` has points (inclination of its surface in rad, share of the coefficient of friction), the share constant outside
+    them; none where friction is the same everywhere. `origin` is the place of y = z = 0 of the profile (y from the middle of
+    the track to the field side, z down, m), in place of gauge and top. With a `roller` the rail is bent about its axle."""
+
+    profile: Points
+    cant: float
+    half_gauge: float
+    gauge_height: float
+    shift_y: float = 0.0
+    shift_z: float = 0.0
+    roll: float = 0.0
+    friction: Points = ()
+    origin: tuple[float, float] | None = None
+    roller: Roller | None = None
+
+    @cached_property
+    def samples(self) -> Array:
+        """Rows y, z, dy/ds, dz/ds of the rail's surface in track axes, (4, n).
+
+        The profile is turned by −cant about x; its highest point lies at z = 0, and the least y within the gauge height below
+        it at half the gauge, unless `origin` places it. From there the rail rolls about the origin of its profile, as CONTACT's
+        deviations of rails do."""
+        profile = curve(self.profile).samples
+        moved = np.array([self.shift_y, self.shift_z, 0.0, 0.0])[:, None]
+        if self.origin is not None:
+            return _turned(profile, self.roll - self.cant) + moved + np.array([*self.origin, 0.0, 0.0])[:, None]
+        y, z = _turned(profile, -self.cant)[:2]
+        height = z.min() + self.gauge_height
+        crossing = np.flatnonzero((z[:-1] - height) * (z[1:] - height) < 0.0)
+        share = (height - z[crossing]) / (z[crossing + 1] - z[crossing])
+        reached = np.concatenate((y[z <= height], (1.0 - share) * y[crossing] + share * y[crossing + 1]))
+        placed = np.array([self.half_gauge - reached.min(), -z.min(), 0.0, 0.0])[:, None]
+        return _turned(profile, self.roll - self.cant) + placed + moved
+
+
+@dataclass(frozen=True)
+class WheelSide:
+    """A right wheel: its profile (y to the field side, z down, m), nominal radius, half the distance of the flange backs and
+    the profile's y of the flange back (m)."""
+
+    profile: Points
+    radius: float
+    half_flange_back_distance: float
+    flange_back: float
+
+    @property
+    def shift(self) -> float:
+        """y in wheelset axes less that of the profile."""
+        return self.half_flange_back_distance - self.flange_back
+
+    @cached_property
+    def samples(self) -> Array:
+        """Rows y, r, dy/ds, dr/ds in the axes of the wheelset, (4, n)."""
+        return curve(self.profile).samples + np.array([[self.shift], [self.radius], [0.0], [0.0]])
+
+
+@dataclass(frozen=True)
+class Position:
+    """Position of a wheelset: shift to the right and height below its place with the nominal radius on the rails (m, down),
+    roll and yaw (rad), and its shift forward over rollers (`x`, m); in the axes of a place that is `ahead` (m, x) along the
+    track, or on the `roller`."""
+
+    y: float = 0.0
+    z: float = 0.0
+    roll: float = 0.0
+    yaw: float = 0.0
+    x: float = 0.0
+    ahead: float = 0.0
+    roller: Roller | None = None
+
+    @property
+    def turn(self) -> Array:
+        """From the axes of the place to those of the track, (3, 3)."""
+        angle = self.ahead / self.roller.radius if self.roller else 0.0
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+
+    @property
+    def rail_centre(self) -> Array:
+        """The point about which the rail turns: on the axle of the roller, or the origin of the track."""
+        return np.array([0.0, 0.0, self.roller.radius] if self.roller else [-self.ahead, 0.0, 0.0])
+
+    @cached_property
+    def rotation(self) -> Array:
+        """R = R_x(roll) R_z(yaw), from wheelset axes to track axes, and on to those of the place."""
+        (cr, sr), (cy, sy) = ((np.cos(angle), np.sin(angle)) for angle in (self.roll, self.yaw))
+        about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+        about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+        return np.asarray(self.turn.T @ about_x @ about_z)
+
+    def origin(self, radius: float) -> Array:
+        """The wheelset's origin on its axle."""
+        above = self.roller.radius if self.roller else 0.0
+        return np.asarray(self.turn.T @ np.array([self.x, self.y, self.z - radius - above]) + self.rail_centre)
+
+    @property
+    def mirrored(self) -> Position:
+        """The same position seen from the other side of the track."""
+        return replace(self, y=-self.y, roll=-self.roll, yaw=-self.yaw)
+
+
+def locus(wheel: WheelSide, position: Position, roller: Roller | None = None) -> Array:
+    """Rows x, y, z (m, track axes, or coordinates of the `roller`), dy/ds, dz/ds of the places at which the wheel's normal has
+    no component along the track, one for each sample of its profile, (5, n); nan where there is none.
+
+    With the normal (y′ sin θ, −r′, y′ cos θ) of the surface of revolution: sin θ = R₀₁ r′/(R₀₀ y′), exact because R₀₂ = 0.
+    The slopes are those of the wheel's surface there. Normals to a roller meet its axle, n_x (z − R) = n_z x: Newton's method
+    goes there from the place on a straight rail."""
+    y, r, dy, dr = wheel.samples
+    rotation = position.rotation
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sine = rotation[0, 1] * dr / (rotation[0, 0] * dy)
+    sine = np.where(np.abs(sine) <= 1.0, sine, np.nan)
+    angle, origin, still = np.arcsin(sine), position.origin(wheel.radius)[:, None], np.zeros(len(y))
+
+    def at(angle: Array) -> tuple[Array, Array]:
+        sine, cosine = np.sin(angle), np.cos(angle)
+        return rotation @ np.array([r * sine, y, r * cosine]) + origin, rotation @ np.array([dy * sine, -dr, dy * cosine])
+
+    for _ in range(LOCUS_SWEEPS if roller else 0):
+        assert roller is not None
+        (x, _, z), (along, _, down) = at(angle)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        (x_turned, _, z_turned), (along_turned, _, down_turned) = (
+            rotation @ np.array([size * cosine, still, -size * sine]) for size in (r, dy))
+        z = z - roller.radius
+        angle = angle - (along * z - down * x) / (along_turned * z + along * z_turned - down_turned * x - down * x_turned)
+    (x, y, z), (along, across, down) = at(angle)
+    if roller:
+        above = roller.radius - z
+        away = np.hypot(x, above)
+        down = (down * above - along * x) / away
+        x, z = roller.radius * np.arctan2(x, above), roller.radius - away
+    # The tangent across the track, perpendicular to the normal within the plane of y and z.
+    return np.array([x, y, z, down, -across])
+
+
+def _turned(samples: Array, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+    return np.concatenate((turn @ samples[:2], turn @ samples[2:]))

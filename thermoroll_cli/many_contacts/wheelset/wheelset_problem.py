@@ -1,0 +1,62 @@
+"""The question: a wheelset on a track, in SI units; and what can be said of it without solving anything."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
+from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
+from thermoroll_cli.many_contacts.wheelset.search import Facing
+from thermoroll_cli.problem.problem import Problem
+
+SideName = Literal["left", "right"]
+SIDES: tuple[SideName, ...] = ("left", "right")
+
+
+@dataclass(frozen=True)
+class WheelsetProblem:
+    """Wheels on rails. `contact` is a problem whose geometry, load and creepages each patch replaces. `rails` and `wheels`
+    have a value for each side that exists. Left ones are mirrored, so that all are right ones.
+
+    Of `position` the height counts only if `vertical` (N) is None, the roll only if `finds_roll` is False; of `motion` the
+    angular velocity only if `finds_speed` is False. It is found such that the rails drive the wheelset with the force
+    `traction` (N), or without it such that they cause no torque about the axle. Patches are `curved`, or each lies in a plane
+    and is alone. `contact_distance` (m), between the contacts of both wheels, concerns the equivalent conicity. Tables of a
+    case that concern no wheel are `without_effect`."""
+
+    contact: Problem
+    rails: Mapping[SideName, RailSide]
+    wheels: Mapping[SideName, WheelSide]
+    position: Position
+    motion: MotionOfWheelset
+    vertical: float | None = None
+    finds_roll: bool = False
+    finds_speed: bool = False
+    traction: float | None = None
+    curved: bool = True
+    contact_distance: float = 1.5
+    without_effect: tuple[str, ...] = ()
+
+    @property
+    def sides(self) -> tuple[SideName, ...]:
+        return tuple(side for side in SIDES if side in self.wheels)
+
+    @property
+    def span(self) -> float:
+        """Distance of the rails, or half of it, in m."""
+        return sum(rail.half_gauge for rail in self.rails.values())
+
+    def facing(self, side: SideName, roll: float | None = None) -> Facing:
+        """The wheel of a side as a right one over its rail, at z = 0 unless the height is given, with another `roll` if
+        given."""
+        position = self.position if roll is None else replace(self.position, roll=roll)
+        if self.vertical is not None:
+            position = replace(position, z=0.0)
+        return Facing(self.rails[side], self.wheels[side], position.mirrored if side == "left" else position)
+
+
+def sign_of(side: SideName) -> float:
+    """1 for the right side, −1 for the left one, whose y and angles change sign in the mirror."""
+    return 1.0 if side == "right" else -1.0

@@ -1,0 +1,379 @@
+"""The answer: a wheelset in balance with all its patches, as scalars in track axes with forces on the rails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.many_contacts.wheelset.first_contact import touching, wheelset_warnings
+from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, SAME_PATCH, STIFFENING
+from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch
+from thermoroll_cli.many_contacts.wheelset.patch_surface import patches_of
+from thermoroll_cli.many_contacts.wheelset.solve_wheelset import FINE, ROUGH, Report, SolvedWheelset, Solvers, balanced
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
+from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_kind, of_side
+from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.scalar_errors import computed, error_scale, passed_on
+from thermoroll_cli.tools.arrays import Array
+
+FORCES = "xyz"
+POWERS = of_kind("integral", "exchanged heat", "worn")
+"""Scalars that are powers of the creep forces, or follow these."""
+LARGEST_FORCE_ERROR = 1e-3
+"""Departure of the vertical force from a given one: ten times the change from round to round that ends them."""
+LARGEST_POWER_ERROR = 2e-3
+"""Heat of all patches against the power that the rails take from the wheelset."""
+ROLLING = 1e-3
+"""A wheelset with less heat than this share of friction limit times speed hardly slips: its heat is a small difference."""
+WIDEST_PLANE = 0.3
+"""Turn of the surface across a patch (rad) from which a plane is a doubtful model; the solver warns of curved patches."""
+
+
+Together = tuple[float, float]
+"""A scalar of several contacts together and its error in the scalar's unit, nan if it is not estimated."""
+
+
+class WheelsetSolver:
+    """Solves wheelset after wheelset; each begins where the last one stood, and its patches from the last results."""
+
+    def __init__(self, threads: int = 1) -> None:
+        self.threads = threads
+        self._before: SolvedWheelset | None = None
+        self._solvers: Solvers = {}
+
+    def solve(self, problem: WheelsetProblem, *, report: Report | None = None) -> Result:
+        """The result of `problem`. `report` is called with a stage and a mapping as the work goes on. Raises Unsolvable if a
+        wheel misses its rail; `reason` says everything else that goes wrong."""
+        first = touching(problem)
+        warnings = tuple(wheelset_warnings(problem, first))
+        roll = next(iter(first.values())).position.roll * sign_of(problem.sides[0])
+        found = balanced(problem, roll, self._before, self._solvers, self.threads, report or (lambda stage, info: None))
+        self._before = None if found.reason else found
+        return _result_of(found, warnings)
+
+
+def solve_wheelset(problem: WheelsetProblem, *, threads: int = 1, report: Report | None = None) -> Result:
+    """The result of `problem`, as by `WheelsetSolver`."""
+    return WheelsetSolver(threads).solve(problem, report=report)
+
+
+def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> Result:
+    """The result of a solved wheelset; not converged where it is not in balance, or where a patch is not."""
+    shared = _shared_errors(solved)
+    contacts = {side: tuple(_contacts(solved, shared, side)) for side in solved.problem.sides}
+    patches = tuple(patch for mine in contacts.values() for patch in mine)
+    summed = _Whole(solved, shared, contacts)
+    reasons = [solved.reason] if solved.reason else [*summed.unbalanced]
+    reasons += [f"patch {patch.name}: {patch.reason}" for patch in patches if not patch.converged]
+    scalars = summed.scalars
+    sliding = sum(patch.problem.traction_limit for patch in patches) * solved.problem.motion.speed
+    # Patches have checked their own balance; together they err by what the angular velocity leaves unbalanced, too.
+    own = summed.together["Q_F_W"][1] or 0.0 if "Q_F_W" in summed.together else 0.0
+    unbalanced = FINE * sliding if solved.problem.finds_speed else 0.0
+    allowed = LARGEST_POWER_ERROR * max(scalars["Q_F_W"], ROLLING * sliding) + own + unbalanced
+    if scalars["power_balance_error"] * scalars["Q_F_W"] > allowed:
+        reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
+    of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches for warning in patch.warnings)
+    state = State({}, scalars, np.zeros(0), np.zeros(0))
+    return Result(
+        problem=solved.problem.contact, coupled=state, isothermal=state, of_problem={}, converged=not reasons,
+        reason="; ".join(reasons), uncertainty=summed.errors,
+        work={"grid": next((patch.work["grid"] for patch in patches), []), "rounds": solved.rounds},
+        patches=patches, assembly="wheelset",
+        warnings=(*warnings, *_left_out(solved), *_barely_met(solved), *of_patches), lines=_outlines(solved))
+
+
+def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> Iterator[Result]:
+    """The results of the patches of a side, from the left of the track, with their errors and places on the track: errors are
+    a contact's own and that of its load, with which they grow at most in proportion. The power of the creep forces has also
+    that of the creepage, by the angular velocity."""
+    sign = sign_of(side)
+    mine = [pair for pair in zip(solved.patches, shared.loads, strict=True) if pair[0].side == side]
+    mine.sort(key=lambda pair: sign * pair[0].centre[1])
+    for number, (patch, load) in enumerate(mine, 1):
+        result = patch.result
+        power, numbers = result.coupled.scalars["T_gamma_N"], result.numbers
+        moved = abs(patch.force[0]) * shared.velocity / power if power else 0.0
+        errors = {name: error + (load + (moved if name in POWERS else 0.0)) * error_scale(name, numbers)
+                  for name, error in result.uncertainty.items()}
+        surface, s = patch.bearing.patch, -result.y
+        places = surface.places(s)
+        own_axes = (warning.replace(" y = ", " y (in the axes of its result) = ") for warning in result.warnings)
+        whole = replace(
+            result, name=f"{side}_{number}", uncertainty=errors | {"normal_N": load * result["normal_N"]},
+            warnings=(*own_axes, *_turning(patch), *_divided(patch)),
+            lines={"surface": np.stack([sign * places[:, 1], places[:, 2], sign * surface.inclination(s)])})
+        yield replace(whole, record={"side": side, "number": number, **_record(patch, whole)})
+
+
+def _outlines(solved: SolvedWheelset) -> dict[str, Array]:
+    """Rails and wheels across the track, and the axles of rollers."""
+    lines: dict[str, Array] = {}
+    for side in solved.problem.sides:
+        facing = solved.problem.facing(side, solved.standing.roll)
+        facing = facing.lowered(solved.standing.height - facing.position.z)
+        mirror, position = np.array([[sign_of(side)], [1.0]]), facing.position
+        y, r = facing.wheel.samples[:2]
+        section = position.rotation @ np.array([0.0 * y, y, r]) + position.origin(facing.wheel.radius)[:, None]
+        locus = facing.locus[1:3]
+        lines |= {f"rail_{side}": mirror * facing.rail.samples[:2],
+                  f"wheel_{side}": mirror * np.where(np.isnan(locus), section[1:], locus)}
+        if roller := facing.rail.roller:
+            across = facing.rail.samples[0]
+            lines[f"axle_{side}"] = mirror * np.stack([across, np.full(len(across), roller.radius)])
+    return lines
+
+
+def _left_out(solved: SolvedWheelset) -> Iterator[str]:
+    """Overlaps that are no patches."""
+    problem, standing = solved.problem, solved.standing
+    shares = problem.contact.compliance_shares
+    for side in problem.sides:
+        facing = problem.facing(side, standing.roll)
+        facing = facing.lowered(standing.height - facing.position.z)
+        solved_at = [patch.bearing.patch.y for patch in solved.patches if patch.side == side]
+        for patch in patches_of(facing, curved=problem.curved, shares=shares):
+            if min((abs(patch.y - y) for y in solved_at), default=math.inf) > SAME_PATCH and not patch.faces:
+                yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
+                       "end of a profile, where no normal meets both surfaces: this contact is left out")
+
+
+def _barely_met(solved: SolvedWheelset) -> Iterator[str]:
+    """Doubts about a balance between two states, from one to the other of which patches jump."""
+    if solved.left > ROUGH:
+        yield (f"the balance is met within {solved.left:.1e} of the load or the friction limit, as patches come and go with "
+               "the elements: errors contain that; a finer numerics.grid or smoothing_mm of the profiles helps")
+
+
+def _turning(patch: SolvedPatch) -> Iterator[str]:
+    """Doubts about a patch across which the surface turns far."""
+    surface, state = patch.bearing.patch, patch.result.coupled
+    s = -state.y[np.asarray(state.fields["pressure"]).any(axis=0)]
+    turn = float(np.ptp(replace(surface, curved=True).inclination(s))) if len(s) and not surface.curved else 0.0
+    if turn > WIDEST_PLANE:
+        yield (f"the surface turns by {turn:.2g} rad across the patch, which lies in a plane: "
+               'patches = "curved" follows the surface')
+
+
+def _divided(patch: SolvedPatch) -> Iterator[str]:
+    """Doubts about contacts apart from each other that share the grid of one patch."""
+    loaded = np.flatnonzero(np.asarray(patch.result.coupled.fields["pressure"]).any(axis=0))
+    parts = np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1)
+    if len(parts) > 1:
+        y = 1e3 * sign_of(patch.side) * patch.bearing.patch.places(-patch.result.coupled.y)[:, 1]
+        yield (f"it holds {len(parts)} contacts, at y = {' and '.join(f'{y[part].mean():.4g}' for part in parts)} mm, on one "
+               f"grid: the narrowest is {min(map(len, parts))} elements wide; compare pressures with a finer numerics.grid")
+
+
+def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:
+    """Place, forces, creepages and the scalars of a patch with its `result` in track axes, in the units of their names, and
+    their errors."""
+    sign, scalars = sign_of(patch.side), result.scalars
+    x, y, z = patch.centre
+    along, across, normal = patch.local
+    rail, wheel = patch.in_profiles
+    record = {
+        "x_mm": 1e3 * x, "y_mm": 1e3 * sign * y, "z_mm": 1e3 * z, "angle_mrad": 1e3 * sign * patch.angle,
+        "y_rail_mm": 1e3 * rail, "y_wheel_mm": 1e3 * wheel,
+        "normal_N": normal, "force_x_N": along, "force_s_N": sign * across,
+        "moment_n_Nmm": -sign * scalars["spin_moment_Nmm"],
+        "creepage_x": patch.creepages[0], "creepage_s": sign * patch.creepages[1],
+        "spin_rad_mm": 1e-3 * sign * patch.creepages[2],
+    }  # fmt: skip
+    record |= {name: scalars[name] for name in PATCH_SCALARS if name not in record and name in scalars}
+    errors = {name: result.uncertainty.get(IN_CONTACT.get(name, name), math.nan) for name in record}
+    return record | {"status": result.status, "uncertainty": errors}
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """Scalars of a whole wheelset and their errors, from its `contacts` by side."""
+
+    solved: SolvedWheelset
+    shared: SharedErrors
+    contacts: Mapping[SideName, Sequence[Result]]
+
+    def forces(self, side: SideName) -> Array:
+        """Force on a rail in N, in track axes."""
+        mirror = np.array([1.0, sign_of(side), 1.0])
+        return sum((mirror * patch.force for patch in self.solved.patches if patch.side == side), np.zeros(3))
+
+    @cached_property
+    def scalars(self) -> dict[str, float]:
+        solved = self.solved
+        sides = solved.problem.sides
+        scalars = {"height_mm": 1e3 * solved.standing.height, "roll_mrad": 1e3 * solved.standing.roll,
+                   "angular_velocity_rad_s": -solved.angular_velocity}
+        for side in SIDES:
+            force = self.forces(side) if side in sides else np.full(3, math.nan)
+            scalars |= {f"track_force_{axis}_{side}_N": float(f) for axis, f in zip(FORCES, force, strict=True)}
+            scalars[f"lateral_over_vertical_{side}"] = float(force[1] / force[2]) if force[2] else math.nan
+            scalars[f"rolling_radius_{side}_mm"] = 1e3 * self.rolling_radius(side)
+        total = np.sum([self.forces(side) for side in sides], axis=0)
+        scalars |= {f"track_force_{axis}_N": float(f) for axis, f in zip(FORCES, total, strict=True)}
+        scalars["rolling_radius_difference_mm"] = scalars["rolling_radius_right_mm"] - scalars["rolling_radius_left_mm"]
+        scalars |= {"Q_F_W": 0.0, "T_gamma_N": 0.0, "pressure_max_MPa": math.nan}
+        scalars |= {name: value for name, (value, _) in self.together.items()}
+        scalars["temperature_rise_max_K"] = max((scalars[f"temperature_rise_max_{body}_K"] for body in BODIES
+                                                 if f"temperature_rise_max_{body}_K" in scalars), default=math.nan)
+        heat, power = scalars["Q_F_W"], sum(patch.power for patch in self.solved.patches)
+        return scalars | {"power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0}
+
+    @cached_property
+    def together(self) -> dict[str, Together]:
+        """Scalars that all patches have together, and sums over those of each wheel."""
+        summaries = {side: [patch.summary() for patch in mine] for side, mine in self.contacts.items()}
+        everyone = [summary for mine in summaries.values() for summary in mine]
+        found = {"approach_max_um": _together("approach_um", max, everyone)}
+        for name, scalar in TOGETHER.items():
+            assert scalar.together is not None
+            found[name] = _together(name, scalar.together, everyone)
+            if scalar.together is math.fsum:
+                found |= {of_side(name, side): _together(name, math.fsum, mine) for side, mine in summaries.items()}
+        return {name: pair for name, pair in found.items() if not math.isnan(pair[0])}
+
+    def rolling_radius(self, side: SideName) -> float:
+        """Distance of the patch with the largest load from the axle in m, nan without one."""
+        largest = self.largest(side)
+        return math.nan if largest is None else largest.rolling_radius
+
+    def largest(self, side: SideName) -> SolvedPatch | None:
+        """The patch with the largest load of a side."""
+        mine = (patch for patch in self.solved.patches if patch.side == side)
+        return max(mine, key=lambda patch: patch.bearing.load, default=None)
+
+    @property
+    def unbalanced(self) -> Iterator[str]:
+        """Which given vertical forces the rails do not carry: where a force jumps over the height, none has that value."""
+        problem, scalars = self.solved.problem, self.scalars
+        if problem.vertical is None:
+            return
+        share = 0.5 if problem.finds_roll else 1.0
+        for place in ([f"{side}_" for side in problem.sides] if problem.finds_roll else [""]):
+            force, wanted = scalars[f"track_force_z_{place}N"], share * problem.vertical
+            if abs(force - wanted) > max(LARGEST_FORCE_ERROR, self.solved.left) * wanted:
+                where = f"{place.rstrip('_')} rail carries" if place else "rails carry"
+                yield f"the {where} {force:.6g} N, not {wanted:.6g} N: no height gives this force, which jumps there"
+
+    @property
+    def force_errors(self) -> dict[str, float]:
+        """Errors of the forces on the rails in N. A vertical force that is given has none."""
+        problem = self.solved.problem
+        of_patches = [(patch.side, patch.force_errors(load))
+                      for patch, load in zip(self.solved.patches, self.shared.loads, strict=True)]
+        of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3))
+                    for side in problem.sides}  # fmt: skip
+        errors = of_sides | {"": sum(of_sides.values(), np.zeros(3))}
+        # Wheels at a given roll share the vertical force.
+        shared = len(problem.wheels) > 1 and not problem.finds_roll
+        given = set() if problem.vertical is None else {""} if shared else set(errors)
+        return {f"track_force_{axis}{side}_N": float(error) for side, of_axes in errors.items()
+                for axis, error in zip(FORCES, of_axes, strict=True) if not (axis == "z" and side in given)}
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Errors of the scalars in their units. What is given, or not there, has none."""
+        solved, scalars = self.solved, self.scalars
+        if not self.solved.patches:
+            return {}
+        errors = self.force_errors
+        if solved.problem.vertical is not None:
+            errors["height_mm"] = 1e3 * self.shared.height
+        if solved.problem.finds_roll:
+            errors["roll_mrad"] = 1e3 * self.shared.roll
+        radii = {side: largest.rolling_radius_error for side in solved.problem.sides if (largest := self.largest(side))}
+        errors |= {f"rolling_radius_{side}_mm": 1e3 * error for side, error in radii.items()}
+        if len(radii) == len(SIDES):
+            errors["rolling_radius_difference_mm"] = 1e3 * sum(radii.values())
+        if solved.problem.finds_speed:
+            errors["angular_velocity_rad_s"] = self.shared.velocity * abs(scalars["angular_velocity_rad_s"])
+        for side in solved.problem.sides:
+            lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
+            ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
+            errors[f"lateral_over_vertical_{side}"] = (
+                float(passed_on([lateral, vertical], [1.0, ratio])) / carried if carried else math.nan)
+        errors |= {name: error for name, (_, error) in self.together.items()}
+        rises = [self.together[name][1] for name in (f"temperature_rise_max_{body}_K" for body in BODIES)
+                 if name in self.together]
+        return errors | {"temperature_rise_max_K": max(rises, default=math.nan)}
+
+
+def _together(name: str, join: Callable[[Iterable[float]], float], summaries: Sequence[Mapping[str, Any]]) -> Together:
+    """A scalar of several contacts together, nan if none has it, and its error in the scalar's unit; nan if it has none."""
+    mine = [summary for summary in summaries if computed(summary.get(name))]
+    errors = [summary["uncertainty"].get(name, math.nan) for summary in mine]
+    largest = math.nan if any(map(math.isnan, errors)) else (math.fsum if join is math.fsum else max)([0.0, *errors])
+    return join(summary[name] for summary in mine) if mine else math.nan, largest
+
+
+# --- errors of height, velocity and loads, from those of the patches -------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SharedErrors:
+    """Errors of the `height` (m) and, if it is found, of the `roll` (rad), which is that of the heights of both wheels over the
+    span; of the `loads` of all patches over themselves, and of the angular `velocity` over itself. 0 of what is given."""
+
+    height: float
+    roll: float
+    loads: tuple[float, ...]
+    velocity: float
+
+
+def _shared_errors(solved: SolvedWheelset) -> SharedErrors:
+    """Errors of height and loads. With errors e of the approaches δ at the same loads W, and an error dz of the height,
+
+        dW_i = k_i (dz cos α_i − e_i),      k_i = 1.5 W_i/δ_i.
+
+    At a given height dz = 0. Patches that carry a given force together have dz = Σ k_j e_j/Σ k_j cos α_j, and at about the same
+    inclination dW_i = k_i Σ k_j (e_j − e_i)/Σ k_j. Signs are unknown: absolute values add."""
+    patches, finds_height = solved.patches, solved.problem.vertical is not None
+    sunk, cosines = (np.array(column) for column in ([patch.bearing.sunk for patch in patches],
+                                                     [math.cos(patch.bearing.patch.angle) for patch in patches]))
+    stiffness = STIFFENING * np.array([patch.bearing.load for patch in patches]) / sunk
+    estimated = sunk * np.array([patch.error_of("approach_um") / patch.result["approach_um"] for patch in patches])
+    # The approach over that of the coarse grid has changed since the load was shared.
+    moved = [abs(patch.solved.over_coarse / patch.bearing.over_coarse - 1.0) for patch in patches]
+    approach = estimated + sunk * np.array(moved)
+    heights, loads = [0.0], np.zeros(len(patches))
+    for group in _carriers(solved):
+        own = stiffness[group]
+        by_approach = -np.eye(len(group))
+        if finds_height:
+            heights.append(float(passed_on(estimated[group], own / (own @ cosines[group]))))
+            by_approach += own / own.sum()
+            loads[group] = [_unbalanced(patches[i]) for i in group]
+        loads[group] += STIFFENING / sunk[group] * passed_on(approach[group], by_approach)
+    roll = sum(heights) / solved.problem.span if solved.problem.finds_roll else 0.0
+    return SharedErrors(max(heights), roll, tuple(loads.tolist()), _velocity(solved, loads.tolist()))
+
+
+def _velocity(solved: SolvedWheelset, loads: Sequence[float]) -> float:
+    """Error of the angular velocity over itself: that of the forces along the track, and what the search left of them, over
+    their change with it."""
+    limit = sum(patch.result.problem.traction_limit for patch in solved.patches)
+    if not solved.problem.finds_speed or not limit:
+        return 0.0
+    forces = sum(patch.force_errors(load)[0] for patch, load in zip(solved.patches, loads, strict=True))
+    return float(forces / limit + max(FINE, solved.left)) / abs(solved.drive_slope)
+
+
+def _carriers(solved: SolvedWheelset) -> Iterator[list[int]]:
+    """Numbers of the patches that carry a force together: of both wheels if the roll is given."""
+    sides = [patch.side for patch in solved.patches]
+    for of in ([{side} for side in set(sides)] if solved.problem.finds_roll else [set(sides)]):
+        if group := [k for k, side in enumerate(sides) if side in of]:
+            yield group
+
+
+def _unbalanced(patch: SolvedPatch) -> float:
+    """Error of a load through its equilibrium with a vertical force: its tolerance, the last change of the ratio of both, and
+    the error of the friction, which has a part in it."""
+    friction = abs(math.sin(patch.angle)) * patch.error_of("force_y_N") / patch.bearing.load
+    return BALANCED + abs(patch.solved.vertical / patch.bearing.vertical - 1.0) + friction

@@ -1,0 +1,1 @@
+"""One contact, solved on one grid (`steady_state`) and then on a sequence of grids with estimated errors (`refinement`)."""
