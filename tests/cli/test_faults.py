@@ -46,8 +46,8 @@ def leftovers(path: Path) -> list[str]:
 HELD = """
 import os, sys, time
 from thermoroll_cli.cli.main import main
-from thermoroll_cli import process
-from thermoroll_cli import atomic
+from thermoroll_cli.tools import process
+from thermoroll_cli.tools import atomic
 
 held = getattr(atomic.os, {step!r})
 

@@ -18,11 +18,12 @@ import pytest
 import xarray
 
 from tests.support import synthetic
-from thermoroll_cli import __version__, atomic
+from thermoroll_cli import __version__
 from thermoroll_cli.files.result.labelled import Node, ResultFileError, load
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.problem.names import FIELDS
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.tools import atomic
 from thermoroll_cli.tools.atomic import WriteError, write_bytes
 
 ROOT = pathlib.Path(__file__).parents[2]

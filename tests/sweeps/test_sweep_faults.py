@@ -24,11 +24,11 @@ import pytest
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, call, environment, on_terminal
 from tests.support.sampling import sampled
 from tests.support.tasks import DeadlyTask, SlowDiskTask
-from thermoroll_cli import atomic
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.studies.sweeps.points import Points, parse_axes
 from thermoroll_cli.studies.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Batch, Pending
+from thermoroll_cli.tools import atomic
 from thermoroll_cli.tools.atomic import WriteError
 from thermoroll_cli.tools.journal import Journal, JournalError
 from thermoroll_cli.tools.runner import Workers, run
