@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -32,7 +32,7 @@ from thermoroll_cli.plots.run_frame import (
     unit_for,
 )
 from thermoroll_cli.problem.names import LINE_PROBLEM_SCALARS, LINE_SCALARS, PROBLEM_SCALARS, SCALARS, Quantity, Scalar
-from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, row_of, scalar_text
+from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, meaning_in, number, repeats, row_of, scalar_text
 from thermoroll_cli.tools.arrays import Array
 
 COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 284.0 * style.MM
@@ -133,27 +133,27 @@ def _rows(frame: RunFrame) -> list[Row]:
     """Rows of the table: words, the value without thermal deformation, the value, its error. Rows of zeros are left out, and
     bodies that are alike share a row."""
     result, two = frame.result, len(frame.states) > 1
-    row, hertz = row_of(result.summary()), math.isfinite(result.of_problem["hertz_p0_MPa"])
+    row = row_of(result.summary())
     rows: list[Row] = [("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")]
     for name, scalar in (LINE_SCALARS if frame.line else SCALARS).items():
         if not any(computed(state.state.scalars.get(name)) for state in frame.states) or repeats(name, row):
             continue
         shown, _, error = style.readable(scalar_text(name, row)).partition(" ±")
         first = style.readable(isothermal_text(name, row)) if two else ""
-        words, numbers = _words(scalar, hertz), (first, shown, f"±{error}" if error else "")
+        words, numbers = _words(scalar, row), (first, shown, f"±{error}" if error else "")
         if rows[-1] == (words.replace("upper body", "lower body"), *numbers):
             rows[-1] = (words.replace("the upper body", "each body").replace("upper body", "both bodies"), *numbers)
         elif {first, shown} - {"", "0", "–"}:
             rows.append((words, *numbers))
     rows.append(("", "", "", ""))
-    rows += [(_words(scalar, hertz), "", style.readable(number(value)), "")
+    rows += [(_words(scalar, row), "", style.readable(number(value)), "")
              for name, scalar in (PROBLEM_SCALARS | LINE_PROBLEM_SCALARS).items()
              if computed(value := result.of_problem.get(name)) and value != 0.0]
     return rows
 
 
-def _words(scalar: Scalar, hertz: bool) -> str:
-    words = scalar.meaning_of(hertz=hertz)
+def _words(scalar: Scalar, row: Mapping[str, Any]) -> str:
+    words = meaning_in(row, scalar.name)
     words = scalar.brief or words if len(words) > 40 else words
     return f"{words} ({scalar.unit})" if scalar.unit else words
 

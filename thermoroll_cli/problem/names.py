@@ -57,10 +57,6 @@ class Scalar:
     brief: str = ""
     without_hertz: str = ""
 
-    def meaning_of(self, *, hertz: bool) -> str:
-        """The meaning, depending on whether the cold contact is Hertz's."""
-        return self.meaning if hertz or not self.without_hertz else self.without_hertz
-
     @property
     def unit(self) -> str:
         """As people write it, "" for a pure number."""

@@ -216,7 +216,9 @@ def computed(value: Any) -> bool:
 
 def meaning_in(row: Mapping[str, Any], name: str) -> str:
     """What the scalar `name` means in a result with this `row`, of a contact of Hertz or not; a line has widths for areas."""
-    meaning = ALL_SCALARS[name].meaning_of(hertz=computed(row.get("hertz_a_mm", 0.0)))
+    scalar = ALL_SCALARS[name]
+    hertz = computed(row.get("hertz_a_mm", 0.0)) or not scalar.without_hertz
+    meaning = scalar.meaning if hertz else scalar.without_hertz
     return meaning.replace(" area", " width") if "contact_width_mm" in row else meaning
 
 
