@@ -86,7 +86,7 @@ def _length(load: Any, history: HistoryTable) -> Iterator[Fault]:
     """The length of a line contact, which no other has."""
     if _is_line(load) == (history.length_mm is None):
         why = "is missing: displacements of a line contact grow with the logarithm of its length" if _is_line(load) else (
-            "is that of a line contact, and the load is none per length")
+            "belongs to a line contact, but the load is not one per length")
         yield ("history", "length_mm"), why, "the length of the contact in mm" if _is_line(load) else "load.normal_N_mm"
 
 

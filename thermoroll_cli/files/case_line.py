@@ -28,8 +28,8 @@ def line_faults(sections: Mapping[str, Any]) -> Iterator[Fault]:
     for way in ("longitudinal", "lateral"):
         own, other = (f"{way}_N_mm", f"{way}_N") if line else (f"{way}_N", f"{way}_N_mm")
         if force is not None and getattr(force, other) is not None:
-            why = f"is no force per length, as {LOAD} is a load per length" if line else (
-                "is a force per length, and the load is not one per length")
+            why = f"is a force, but {LOAD} is a load per length" if line else (
+                "is a force per length, but the load is a force")
             yield ("force", other), why, f"force.{own}" + ("" if line else f", or {LOAD}")
     if not line:
         return
