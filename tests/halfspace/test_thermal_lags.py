@@ -21,12 +21,8 @@ N = 8
 def together(effect: Effect, aspect: float, peclet: tuple[float, float], ages: list[float]) -> Array:
     """The sum over all intervals between `ages`."""
     along, across = peclet
-    return np.asarray(
-        sum(
-            interval_tables(effect, N, N, aspect, Interval(new, old, (along * new, across * new), peclet)).sum(axis=0)
-            for new, old in pairwise(ages)
-        )
-    )
+    intervals = [Interval(new, old, (along * new, across * new), peclet) for new, old in pairwise(ages)]
+    return np.asarray(interval_tables([effect], N, N, aspect, intervals)[:, :, 0].sum(axis=(0, 1)))
 
 
 @pytest.mark.parametrize("peclet", [(0.0, 0.0), (0.01, 0.0), (3.0, 0.5), (300.0, 0.0)])
@@ -56,6 +52,6 @@ def test_heat_of_one_interval() -> None:
         ]
         return float(parts[0] * parts[1]) / math.sqrt(math.pi * age)
 
-    falling, rising = interval_tables("temperature", N, N, 1.0, interval)[:, N - 1 + int(x), N - 1 + int(y)]
+    falling, rising = interval_tables(["temperature"], N, N, 1.0, [interval])[0, :, 0, N - 1 + int(x), N - 1 + int(y)]
     assert rising == pytest.approx(quad(lambda age: green(age) * (age - 0.5) / 1.5, 0.5, 2.0)[0], rel=1e-7)
     assert falling + rising == pytest.approx(quad(green, 0.5, 2.0)[0], rel=1e-7)

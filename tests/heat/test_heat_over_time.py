@@ -42,7 +42,8 @@ def warmed(
     memory.add(DividedHeat(flux(times[0]), 1.0, slope=slope), end(times[0]), (body, body) if steady_speed is not None else None)
     for i, time in enumerate(times[1:]):
         now = end(time, constant=jumps and i == 0)
-        heat = Heat(DividedHeat(flux(time), 1.0, slope=slope), memory.own(now), before=memory.before(now))
+        before, own = memory.step(now)
+        heat = Heat(DividedHeat(flux(time), 1.0, slope=slope), own, before=before)
         memory.add(heat.into, now)
     return heat.temperatures()[0]
 

@@ -88,7 +88,7 @@ class _StepHeat(HeatResponses):
 
     def __init__(self, memory: HeatMemory, now: End) -> None:
         super().__init__(memory.grid)
-        self.before, self._own = memory.before(now), memory.own(now)
+        self.before, self._own = memory.step(now)
 
     def response(self, derived: DerivedQuantities, creepage: tuple[float, float], slip: Array) -> ThermalResponse:
         return self._own

@@ -33,8 +33,7 @@ z = |P x|/2 upstream and 0 downstream, since Φ = e^{P min(x, 0)}/P. Material at
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy.special import erf, i0e, i1e, wrightomega
@@ -228,28 +227,22 @@ def time_integral(
     """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y and at each of `depths`; `along` replaces gx."""
     reaches = float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect
     tau, weights = _time_rule(reaches, aspect, (peclet_x, peclet_y), power, depths, 1.0 if along is None else STILL_INSIDE)
-    return integrated(x, y, aspect, (peclet_x, peclet_y), tau, weights, along)
-
-
-def integrated(
-    x: Array, y: Array, aspect: float, peclets: tuple[float | Array, float | Array], tau: Array, weights: Array,
-    along: Spread | None = None,
-) -> Array:
-    """Σ weight gx gy over the rising nodes `tau`, at offsets x × y, for each row of `weights`; `along` replaces gx. Péclet
-    numbers may differ from node to node."""
-    speeds_x, speeds_y = (np.broadcast_to(peclet, tau.shape) for peclet in peclets)
     table = np.zeros((len(weights), len(x), len(y)))
-    breaks = np.searchsorted(tau, [SERIES_FROM, SERIES_FROM * aspect])
-    starts = np.unique(np.concatenate((np.arange(0, len(tau), NODES_TOGETHER), breaks, [len(tau)])))
-    for start, stop in pairwise(starts):
-        times, peclet_x, peclet_y = tau[start:stop], speeds_x[start:stop], speeds_y[start:stop]
-        rows = _window(x, 1.0, peclet_x, times)
-        columns = _window(y, aspect, peclet_y, times)
-        lengthwise = (along or cell_average)(x[rows], 1.0, peclet_x, times)
-        across = cell_average(y[columns], aspect, peclet_y, times)
-        for layer, arrived in zip(table, weights[:, start:stop], strict=True):
+    for some, rows, columns in windows(x, y, aspect, np.full(len(tau), peclet_x), np.full(len(tau), peclet_y), tau):
+        lengthwise = (along or cell_average)(x[rows], 1.0, peclet_x, tau[some])
+        across = cell_average(y[columns], aspect, peclet_y, tau[some])
+        for layer, arrived in zip(table, weights[:, some], strict=True):
             layer[rows, columns] += lengthwise.T @ (across * arrived[:, None])
     return table
+
+
+def windows(x: Array, y: Array, aspect: float, along: Array, across: Array, tau: Array) -> Iterator[tuple[slice, slice, slice]]:
+    """Groups of the rising nodes `tau`, and the offsets along x and y that their Gaussians reach at the speeds `along` and
+    `across` of each."""
+    breaks = np.searchsorted(tau, [SERIES_FROM, SERIES_FROM * aspect])
+    starts = np.unique(np.concatenate((np.arange(0, len(tau), NODES_TOGETHER), breaks, [len(tau)])))
+    for some in map(slice, starts[:-1], starts[1:]):
+        yield some, _window(x, 1.0, along[some], tau[some]), _window(y, aspect, across[some], tau[some])
 
 
 def _time_rule(
@@ -259,7 +252,10 @@ def _time_rule(
 
     Steps are proportional to τ while the Gaussians only spread, and constant once they drift.
     """
-    first, last = onset * first_time(aspect, peclets), last_time(reaches, peclets)
+    sides = [(length, abs(speed), reach) for length, speed, reach in zip((1.0, aspect), peclets, reaches, strict=True)
+             if math.isfinite(length)]
+    first = onset * min(float(first_time(length, speed)) for length, speed, _ in sides)
+    last = min(float(last_time(reach, speed)) for _, speed, reach in sides)
     scale = math.hypot(*peclets) * LOG_STEP / DRIFT_STEP
     start = math.log(scale * first) + scale * first
     stop = math.log(scale * last) + scale * last
@@ -275,16 +271,15 @@ def _time_rule(
     return tau[early:], weights[:, early:]
 
 
-def first_time(aspect: float, peclets: tuple[float, float]) -> float:
-    """τ up to which heat has not left its element."""
-    return min(length / (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * abs(speed) * length))
-               for length, speed in zip((1.0, aspect), peclets, strict=True) if math.isfinite(length))
+def first_time(length: float, speed: float | Array) -> Array:
+    """τ up to which heat has not left its element of a `length`, at speeds ≥ 0 of its material."""
+    return np.asarray(length / (2.0 * GAUSSIAN_CUTOFF + np.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * speed * length)))
 
 
-def last_time(reaches: tuple[float, float], peclets: tuple[float, float]) -> float:
-    """τ from which heat has left all offsets within `reaches` along x and y; inf at rest."""
-    return min(((GAUSSIAN_CUTOFF + math.sqrt(GAUSSIAN_CUTOFF**2 + abs(speed) * reach)) / abs(speed)
-                for reach, speed in zip(reaches, peclets, strict=True) if speed), default=math.inf)
+def last_time(reach: float | Array, speed: float | Array) -> Array:
+    """τ from which heat has left all offsets within `reach`, at speeds ≥ 0 of its material; inf at rest."""
+    moving, left = np.asarray(speed) > 0.0, GAUSSIAN_CUTOFF + np.sqrt(GAUSSIAN_CUTOFF**2 + speed * reach)
+    return np.where(moving, left / np.where(moving, speed, 1.0), math.inf)
 
 
 def _window(centres: Array, length: float, speed: Array, tau: Array) -> slice:

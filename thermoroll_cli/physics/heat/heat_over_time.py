@@ -10,30 +10,32 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 
 from thermoroll_cli.physics.halfspace.thermal_lags import Effect, Interval, interval_tables
 from thermoroll_cli.physics.heat.frictional_heat import Before
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.physics.numerics.convolution import Convolution, Spectrum
+from thermoroll_cli.physics.numerics.convolution import Convolution, Spectrum, half_plane_symbol
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.tools.arrays import Array
 
 FINEST_DRIFT, COARSEST_DRIFT = 1.0 / 2048.0, 1.0 / 128.0
 """Elements to which drifts up to one element, and of any length, are rounded, so that steps at creepages that hardly differ
 share their tables. Steady temperatures change by 5e-5."""
-TABLES = 16
-"""Tables of single steps that are kept: tents of neighbouring steps share them."""
 DIGITS = 9
 """Digits of ages: those of equal steps differ by rounding."""
+TOGETHER = 2**18
+"""Elements of a grid times the number of ends whose tables are computed together: they are small beside what is remembered."""
+TABLES = 16
+"""Tables of intervals that are kept for the next step: those of the oldest heat, which equal steps need again."""
+TEMPERATURE, SLOPE, EXPANSION = range(3)
+"""The order of `EFFECTS`."""
+EFFECTS: tuple[Effect, ...] = "temperature", "slope", "expansion"
 
 Place = tuple[float, float]
-Tent = tuple[Interval | None, bool, Interval | None]
-"""How the heat at the end of a step acts: the interval in which it rises to its value, whether it is constant there instead,
-and the interval in which it falls."""
+Kernels = Spectrum | None
+"""Spectra of all effects of the heat at one end, in units of the tables; None where it has left the grid."""
 
 
 @dataclass(frozen=True)
@@ -61,16 +63,14 @@ class _Released:
 class HeatMemory:
     """All heat of a history on one grid, of bodies with the constants of `bodies`; if it `expands` surfaces, that too.
 
-    Tables are kept by age and drift, those of the last step: of equal steps each needs one more."""
+    Kernels are kept by ages and drifts, those of the last step: of equal steps each needs one more."""
 
     def __init__(self, grid: Grid, bodies: tuple[HeatedBody, HeatedBody], *, expands: bool = False) -> None:
-        self.grid, self.bodies, self._expands = grid, bodies, expands
+        self.grid, self.bodies, self._effects = grid, bodies, EFFECTS if expands else EFFECTS[:EXPANSION]
         self.convolution = Convolution(*grid.shape)
         self._ever: tuple[HeatedBody, HeatedBody] | None = None
         self._released: list[_Released] = []
-        self._used: dict[tuple[Effect, Tent], Spectrum | None] = {}
-        self._kept = self._used
-        self._tables = lru_cache(maxsize=TABLES)(self._tables_of)
+        self._kept: tuple[dict[tuple[object, ...], Kernels], dict[Interval, Array]] = {}, {}
 
     def add(self, heat: DividedHeat, end: End, ever: tuple[HeatedBody, HeatedBody] | None = None) -> None:
         """Remember the `heat` at the `end` of a step, with its slopes. If it has been the same at all times before, bodies have
@@ -81,116 +81,110 @@ class HeatMemory:
         exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
         self._released.append(_Released(end, flux, slope, exchanged, heat.share))
 
-    def before(self, now: End) -> Before:
-        """What all heat remembered does at the end of the next step."""
-        self._kept, self._used = self._used, {}
-        rises, expansion = list[Array](), np.zeros_like(self._released[0].flux)
-        for i, body in enumerate(self.bodies):
-            total, intervals = np.zeros_like(expansion), self._intervals(i, now)
-            for j, released in enumerate(self._released):
-                tent = self._tent(j, intervals, now)
+    def step(self, now: End) -> tuple[Before, StepResponse]:
+        """What all heat remembered does at the end of the next step, and the response to the heat of that step."""
+        last, expands = self._released[-1].end, EXPANSION < len(self._effects)
+        speeds = np.subtract(now.moved, last.moved) / (now.time - last.time)
+        rises, own = list[Array](), list[tuple[HeatedBody, Kernels]]()
+        expansion, product = np.zeros_like(self._released[0].flux), np.empty_like(self._released[0].flux)
+        known, self._kept = self._kept, ({}, {})
+        for i, (body, (along, across)) in enumerate(zip(self.bodies, speeds.tolist(), strict=True)):
+            total, *remembered = np.zeros_like(expansion), *self._kernels(i, now, *known)
+            own.append((replace(body, speed_x=along, speed_y=across), remembered.pop()))
+            for released, kernels in zip(self._released, remembered, strict=True):
+                if kernels is None:
+                    continue
                 share, sign = (released.share, 1.0) if i == 0 else (1.0 - released.share, -1.0)
                 flux = share * released.flux
                 if released.exchanged is not None:
-                    flux += sign * released.exchanged
-                if (kernel := self.kernel("temperature", tent)) is not None:
-                    total += flux * kernel
-                if (kernel := self.kernel("slope", tent)) is not None:
-                    total += share * (released.slope * kernel)
-                if self._expands and (kernel := self.kernel("expansion", tent)) is not None:
-                    flux *= kernel
-                    expansion += flux * (body.free_expansion * self.grid.dx**2 / body.conductivity)
+                    flux += np.multiply(sign, released.exchanged, out=product)
+                total += np.multiply(flux, kernels[TEMPERATURE], out=product)
+                np.multiply(released.slope, kernels[SLOPE], out=product)
+                total += np.multiply(share, product, out=product)
+                if expands:
+                    flux *= kernels[EXPANSION]
+                    expansion += np.multiply(body.free_expansion * self.grid.dx**2 / body.conductivity, flux, out=product)
             rises.append(self.convolution.inverse(total) * (self.grid.dx / body.conductivity))
-        return Before((rises[0], rises[1]), self.convolution.inverse(expansion) if self._expands else np.zeros(self.grid.shape))
+        before = Before((rises[0], rises[1]), self.convolution.inverse(expansion) if expands else np.zeros(self.grid.shape))
+        return before, StepResponse(self.grid, *own)
 
-    def own(self, now: End) -> StepResponse:
-        """The response to the heat at the end of the next step."""
-        last = self._released[-1].end
-        speeds = np.subtract(now.moved, last.moved) / (now.time - last.time)
-        lower, upper = (
-            replace(body, speed_x=float(along), speed_y=float(across))
-            for body, (along, across) in zip(self.bodies, speeds, strict=True)
-        )
-        tents = [self._tent(len(self._released), self._intervals(i, now), now) for i in range(2)]
-        return StepResponse(self, lower, upper, (tents[0], tents[1]))
+    def _kernels(
+        self, i: int, now: End, known: dict[tuple[object, ...], Kernels], tables: dict[Interval, Array]
+    ) -> list[Kernels]:
+        """Kernels of body `i` for the heat at the end of each step, the one that ends `now` included. Those `known` are not
+        computed again, nor those from `tables` that are.
 
-    def kernel(self, effect: Effect, tent: Tent) -> Spectrum | None:
-        """Spectrum of the `effect` of heat with a `tent`, in units of the tables; None where it has left the grid."""
-        key = effect, tent
-        if key in self._kept and key not in self._used:
-            self._used[key] = self._kept[key]
-        elif key not in self._used:
-            rises, constant, falls = tent
-            table = np.zeros((2 * self.grid.nx - 1, 2 * self.grid.ny - 1))
-            if rises is not None:
-                falling_with_age, rising_with_age = self._tables(effect, rises)
-                table += falling_with_age + rising_with_age if constant else falling_with_age
-            if falls is not None:
-                table += self._tables(effect, falls)[1]
-            self._used[key] = self.convolution.spectrum(table) if table.any() else None
-        return self._used[key]
+        The heat at an end rises to its value during the step before, or is constant there, and falls during the one after it,
+        but where that one is constant. Before the first end is all time before, or nothing."""
+        ends, body, grid = [*(released.end for released in self._released), now], self.bodies[i], self.grid
+        ages = _rounded_ages((now.time - np.array([end.time for end in ends])) * (body.diffusivity / grid.dx**2))
+        drifts = _rounded_drifts((np.array(now.moved[i]) - np.array([end.moved[i] for end in ends])) / grid.dx)
+        before = None if self._ever is None else (
+            self._ever[i].speed_x * grid.dx / body.diffusivity, self._ever[i].speed_y * grid.dx / body.diffusivity)
+        aslant = bool(drifts[:, 1].any() or (before and before[1]))
+        states, last = np.column_stack([ages, drifts]), len(ends) - 1
 
-    def _tables_of(self, effect: Effect, interval: Interval) -> Array:
-        return interval_tables(effect, self.grid.nx, self.grid.ny, self.grid.dy / self.grid.dx, interval)
+        def interval(j: int) -> Interval | None:
+            """The step that ends with the end `j`, as seen now."""
+            drift, newest, oldest = drifts[j].tolist(), float(ages[j]), float(ages[j - 1]) if j else math.inf
+            peclet = ((drifts[j - 1] - drifts[j]) / (oldest - newest or 1.0)).tolist() if j else before
+            return None if peclet is None else Interval(newest, oldest, (drift[0], drift[1]), (peclet[0], peclet[1]))
 
-    def _tent(self, j: int, intervals: list[Interval | None], now: End) -> Tent:
-        """The tent of the end of step `j`, among the `intervals` of one body."""
-        ends = [*(released.end for released in self._released[j : j + 2]), now]
-        last = j + 1 == len(intervals)
-        return intervals[j], ends[0].constant, None if last or ends[1].constant else intervals[j + 1]
+        kernels, (kept, kept_tables) = list[Kernels](), self._kept
+        some = max(1, TOGETHER // (grid.nx * grid.ny))
+        for first in range(0, len(ends), some):
+            keys, parts = list[tuple[object, ...]](), dict[tuple[object, ...], tuple[Interval | None, bool, Interval | None]]()
+            for j in range(first, min(first + some, len(ends))):
+                constant, goes_on = ends[j].constant, j < last and not ends[j + 1].constant
+                keys.append((constant, goes_on, states[max(j - 1, 0) : j + 2].tobytes(), bool(j) or before))
+                if keys[-1] in known:
+                    kept[keys[-1]] = known[keys[-1]]
+                elif keys[-1] not in kept:
+                    parts[keys[-1]] = interval(j), constant, interval(j + 1) if goes_on else None
+            needed = list(dict.fromkeys(each for part in parts.values() for each in part[::2] if isinstance(each, Interval)))
+            found = {each: tables[each] for each in needed if each in tables}
+            new = [each for each in needed if each not in tables]
+            found |= zip(new, interval_tables(self._effects, grid.nx, grid.ny, grid.dy / grid.dx, new), strict=True)
+            for key, (rises, constant, falls) in parts.items():
+                table = np.zeros((len(self._effects), 2 * grid.nx - 1, 2 * grid.ny - 1))
+                if rises is not None:
+                    table += found[rises].sum(axis=0) if constant else found[rises][0]
+                if falls is not None:
+                    table += found[falls][1]
+                kept[key] = None if not table.any() else self.convolution.spectrum(table) if aslant else half_plane_symbol(
+                    table[..., grid.ny - 1 :], (self.convolution.px, self.convolution.py))
+            kept_tables |= {each: found[each] for each in needed[: max(0, TABLES - len(kept_tables))]}
+            kernels += [kept[key] for key in keys]
+        return kernels
 
-    def _intervals(self, i: int, now: End) -> list[Interval | None]:
-        """Of body `i`: the steps before each end as seen at the end `now` of the next one; before the first end it is all time
-        before, None without heat then."""
-        ends = [*(released.end for released in self._released), now]
-        ever = None
-        if self._ever is not None:
-            step = self.grid.dx / self.bodies[i].diffusivity
-            ever = replace(
-                self._between(i, ends[0], ends[0], now),
-                oldest=math.inf,
-                peclet=(self._ever[i].speed_x * step, self._ever[i].speed_y * step),
-            )
-        return [ever, *(self._between(i, start, end, now) for start, end in pairwise(ends))]
 
-    def _between(self, i: int, start: End, end: End, now: End) -> Interval:
-        """Heat released between two ends of steps."""
-        unit = self.grid.dx**2 / self.bodies[i].diffusivity
-        newest, oldest = (float(f"{(now.time - of.time) / unit:.{DIGITS}g}") for of in (end, start))
-        drift, before = (
-            [self._rounded((to - at) / self.grid.dx) for to, at in zip(now.moved[i], of.moved[i], strict=True)]
-            for of in (end, start)
-        )
-        length = oldest - newest or 1.0
-        return Interval(
-            newest, oldest, (drift[0], drift[1]), ((before[0] - drift[0]) / length, (before[1] - drift[1]) / length)
-        )
+def _rounded_ages(ages: Array) -> Array:
+    """Ages ≥ 0, (n,), to `DIGITS` digits."""
+    unit = 10.0 ** (np.floor(np.log10(np.where(ages > 0.0, ages, 1.0))) + 1.0 - DIGITS)
+    return np.asarray(unit * np.round(ages / unit))
 
-    @staticmethod
-    def _rounded(drift: float) -> float:
-        """A drift in elements."""
-        unit = min(FINEST_DRIFT * 2.0 ** math.frexp(max(abs(drift), 0.5))[1], COARSEST_DRIFT)
-        return unit * round(drift / unit)
+
+def _rounded_drifts(drifts: Array) -> Array:
+    """Drifts in elements, of any shape, to parts of an element."""
+    _, power = np.frexp(np.maximum(np.abs(drifts), 0.5))
+    unit = np.minimum(FINEST_DRIFT * 2.0**power, COARSEST_DRIFT)
+    return np.asarray(unit * np.round(drifts / unit))
 
 
 class StepResponse(HeatResponse):
-    """The response of both bodies to the heat at the end of a step alone, with its tent in each."""
+    """The response of both bodies to the heat at the end of a step alone, with the kernels of each."""
 
-    def __init__(self, memory: HeatMemory, lower: HeatedBody, upper: HeatedBody, tents: tuple[Tent, Tent]) -> None:
-        super().__init__(memory.grid, lower, upper)
-        self._memory, self._tents = memory, tents
+    def __init__(self, grid: Grid, lower: tuple[HeatedBody, Kernels], upper: tuple[HeatedBody, Kernels]) -> None:
+        super().__init__(grid, lower[0], upper[0])
+        # In a step so short that heat stays in its element, slopes warm no centre.
+        nothing = np.zeros((len(EFFECTS), *self.convolution.plane.shape))
+        self._kernels = [nothing if kernels is None else kernels for _, kernels in (lower, upper)]
 
     def _temperature_spectrum(self, body: HeatedBody, *, slope: bool = False) -> Spectrum:
-        return self._kernel("slope" if slope else "temperature", 0 if body is self.bodies[0] else 1)
+        return self._kernels[0 if body is self.bodies[0] else 1][SLOPE if slope else TEMPERATURE]
 
     def _joint_expansion(self, lower: float, upper: float) -> Spectrum:
-        factors = (
-            share * body.free_expansion * self.grid.dx**2 / body.conductivity
-            for share, body in zip((lower, upper), self.bodies, strict=True)
-        )
-        return np.asarray(sum(factor * self._kernel("expansion", i) for i, factor in enumerate(factors) if factor))
-
-    def _kernel(self, effect: Effect, i: int) -> Spectrum:
-        kernel = self._memory.kernel(effect, self._tents[i])
-        # In a step so short that heat stays in its element, slopes warm no centre.
-        return np.zeros_like(self.convolution.plane) if kernel is None else kernel
+        factors = (share * body.free_expansion * self.grid.dx**2 / body.conductivity
+                   for share, body in zip((lower, upper), self.bodies, strict=True))
+        return np.asarray(sum(factor * kernels[EXPANSION] for factor, kernels in zip(factors, self._kernels, strict=True)
+                              if factor))

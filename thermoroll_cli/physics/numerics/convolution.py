@@ -174,17 +174,17 @@ class Convolution:
         return weight
 
     def spectrum(self, table: Array) -> Spectrum:
-        """Spectrum of a kernel given at offsets −(nx−1)…nx−1 by −(ny−1)…ny−1, shape (2nx−1, 2ny−1).
+        """Spectrum of a kernel given at offsets −(nx−1)…nx−1 by −(ny−1)…ny−1, shape (2nx−1, 2ny−1), or of several in an array.
 
         Raises ValueError where the convolution was planned with extra rows, which such a table does not reach."""
         nx, ny = self.nx, self.ny
-        if self.before or self.after or table.shape != (2 * nx - 1, 2 * ny - 1):
+        if self.before or self.after or table.shape[-2:] != (2 * nx - 1, 2 * ny - 1):
             raise ValueError(f"a table of shape {(2 * nx - 1, 2 * ny - 1)} is needed, got {table.shape}")
-        padded = np.zeros((self.px, self.py))
+        padded = np.zeros((*table.shape[:-2], self.px, self.py))
         ix = np.arange(-(nx - 1), nx)
         iy = np.arange(-(ny - 1), ny)
-        padded[np.ix_(ix, iy)] = table
-        return np.asarray(fft(np.ascontiguousarray(rfft(padded, axis=1).T), axis=1))
+        padded[..., ix[:, None], iy] = table
+        return np.asarray(fft(np.ascontiguousarray(np.swapaxes(rfft(padded, axis=-1), -2, -1)), axis=-1))
 
     def quadrant_spectrum(self, quadrant: Array, parity: int = 1) -> Array:
         """Real spectrum of a kernel that is even (`parity` 1) or odd (−1) in both offsets, given for offsets ≥ 0.
@@ -228,22 +228,23 @@ def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int | tupl
 
 
 def half_plane_symbol(table: Array, padded: tuple[int, int], parity: int = 1) -> Spectrum:
-    """Spectrum (py//2+1, px) of a kernel given at offsets −n … n along x and ≥ 0 along y, even (`parity` 1) or odd (−1) in y.
+    """Spectrum (…, py//2+1, px) of a kernel given at offsets −n … n along x and ≥ 0 along y, (…, 2n+1, rows), even (`parity` 1)
+    or odd (−1) in y.
 
     Offsets up to py/2 count. Raises ValueError if the plane is too short along x, or py is not even."""
     px, py = padded
-    n, hy = len(table) // 2, py // 2
+    n, hy = table.shape[-2] // 2, py // 2
     if py % 2 or 2 * n + 1 > px:
-        raise ValueError(f"a table of {len(table)} rows needs as many elements, and an even period across, got {padded}")
-    half = np.zeros((hy + 1, px))
-    part = table[:, : hy + 1].T
-    half[: part.shape[0], : n + 1], half[: part.shape[0], -n:] = part[:, n:], part[:, :n]
+        raise ValueError(f"a table of {2 * n + 1} rows needs as many elements, and an even period across, got {padded}")
+    half = np.zeros((*table.shape[:-2], hy + 1, px))
+    part = np.swapaxes(table[..., : hy + 1], -2, -1)
+    half[..., : part.shape[-2], : n + 1], half[..., : part.shape[-2], -n:] = part[..., n:], part[..., :n]
     if parity > 0:
-        return np.asarray(fft(dct(half, type=1, axis=0), axis=1))
-    half[[0, -1]] = 0.0
+        return np.asarray(fft(dct(half, type=1, axis=-2), axis=-1))
+    half[..., [0, -1], :] = 0.0
     if hy > 1:
-        half[1:-1] = dst(half[1:-1], type=1, axis=0)
-    return np.asarray(-1j * fft(half, axis=1))
+        half[..., 1:-1, :] = dst(half[..., 1:-1, :], type=1, axis=-2)
+    return np.asarray(-1j * fft(half, axis=-1))
 
 
 def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
