@@ -55,3 +55,9 @@ def test_heat_of_one_interval() -> None:
     falling, rising = interval_tables(["temperature"], N, N, 1.0, [interval])[0, :, 0, N - 1 + int(x), N - 1 + int(y)]
     assert rising == pytest.approx(quad(lambda age: green(age) * (age - 0.5) / 1.5, 0.5, 2.0)[0], rel=1e-7)
     assert falling + rising == pytest.approx(quad(green, 0.5, 2.0)[0], rel=1e-7)
+
+
+def test_no_interval_and_one_that_has_left() -> None:
+    """A step may need no table that is new, and heat that has drifted far away warms nothing."""
+    assert interval_tables(list(STEADY), N, N, 1.0, []).shape == (0, 2, 3, 2 * N - 1, 2 * N - 1)
+    assert not interval_tables(["temperature"], N, N, 1.0, [Interval(1.0, 2.0, (90.0, 0.0), (80.0, 0.0))]).any()

@@ -106,7 +106,7 @@ def _nodes(
     reach = np.hypot(*peclets.T) * thermal.extent(x, y, aspect)
     if power:
         last = np.maximum(-math.log(SMALLEST_WEIGHT) / 3.0, 0.5 * np.log(1.0 + 4.0 * reach) + 6.0)
-        angles = np.arange(0.0, float(last.max()), thermal.ANGLE_STEP)
+        angles = np.arange(0.0, float(last.max(initial=1.0)), thermal.ANGLE_STEP)
         spreads = np.cosh(angles)
         shares = 8.0 / math.pi * thermal.ANGLE_STEP / spreads**3
         shares[0] *= 0.5
