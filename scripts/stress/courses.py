@@ -118,12 +118,18 @@ def _course_of(seed: int, problem: Problem) -> History:
 
 def check(history: History) -> Outcome:
     """Solve it; friction and heat have limits, and other places, units, a speed and the mirror change nothing."""
-    try:
-        result = HistorySolver().solve(history)
-    except Unsolvable as reason:  # a given force above what friction carries under the least load
-        return Outcome(reason=str(reason), excused="reaches or exceeds what friction can carry" in str(reason))
+    result = _solved(history)
+    if isinstance(result, Outcome):
+        return result
     outcome = Outcome(result.converged, result.reason, work=int(result.work["applications"] / max(1, result.work["steps"])))
     return replace(outcome, broken=tuple(_faults(history, result))) if result.converged else outcome
+
+
+def _solved(history: History) -> Result | Outcome:
+    try:
+        return HistorySolver().solve(history)
+    except Unsolvable as reason:  # a given force above what friction carries under the least load
+        return Outcome(reason=str(reason), excused="reaches or exceeds what friction can carry" in str(reason))
 
 
 def _faults(history: History, result: Result) -> Iterator[str]:
@@ -235,7 +241,9 @@ def _later(history: History) -> Iterator[tuple[str, History, tuple[float, float]
 
 def covered(history: History, *_: int) -> Outcome:
     """Solve it, with the estimated and true errors of the scalars of some rows."""
-    result = HistorySolver().solve(history)
+    result = _solved(history)
+    if isinstance(result, Outcome):
+        return result
     course, grid = history.course, history.problem.numerics.grid
     assert course.steps is not None and grid is not None
     finer = replace(history.problem, numerics=replace(

@@ -15,10 +15,12 @@ import pytest
 from tests.support.problems import elastic, rolling, spheres
 from thermoroll_cli.exact.cattaneo_mindlin import cattaneo_mindlin
 from thermoroll_cli.many_contacts.history.course import Begin, Course, History
+from thermoroll_cli.many_contacts.history.solve import HistorySolver
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
 from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.arrays import Array
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "transient_creepages.json").read_text())
@@ -232,6 +234,21 @@ def test_a_history_goes_on_from_a_result() -> None:
                           rows=np.array([0.0, 1e-3, 2e-3]))
         found = forces(moments)
         assert np.abs(found - found[0]).max() < close * MU * WEIGHT
+
+
+def test_a_state_from_another_grid_keeps_its_force() -> None:
+    """Its tractions are interpolated: a warning says how much was lost on the way, and errors count it."""
+
+    def shifted(n: int, begin: Begin, *shifts: float) -> Result:
+        course = Course((0.0, 1.0), {"shift.longitudinal_um": shifts}, steps=3, begin=begin)
+        return HistorySolver().solve(History(ball(n, speed=0.0), course))
+
+    first = shifted(16, "pressed", 0.0, 6.0)
+    found, whole = shifted(20, first, 6.0, 9.0), shifted(20, "pressed", 0.0, 9.0)
+    assert found.history is not None and found.history["force_x_N"][0] == pytest.approx(first["force_x_N"], rel=1e-9)
+    assert "4.2 % of its force was lost" in found.warnings[-1] and not whole.warnings
+    away = abs(found["force_x_N"] - whole["force_x_N"])
+    assert 0.1 < away / found.uncertainty["force_x_N"] < 1.0
 
 
 def test_loads_that_change() -> None:

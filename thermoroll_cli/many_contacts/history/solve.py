@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -32,6 +31,10 @@ from thermoroll_cli.tools.journal import Journal
 SAFETY = 1.75
 """Estimated error over the difference from half the elements and steps: with kinks and jumps between long steps, which have
 errors of first order, 96 % of 520 pairs are then covered (`make stress`), at six times the error in the median."""
+INTERPOLATED = "force_x_N", "force_y_N", "elastic_energy_J", "heat_J", "shift_x_um", "shift_y_um"
+"""What errs with a first state from another grid."""
+LOST = 1e-3
+"""Share of the force that a state from a file loses between two grids, above which a warning says so."""
 MIDDLE = 0.25
 """Least error of the pressure in the middle over that of the largest one: on 10 and 20 elements it may be the same."""
 
@@ -80,18 +83,18 @@ class HistorySolver:
         level, accuracy, grids = None, history.problem.numerics.accuracy, list(grids_of(history))
         for shape, runs in grids:
             level = _Level(history, [] if level is None else level.rows, warnings)
-            for moment in chain.from_iterable(
-                    Steps(history, shape, self._options, self._threads, extent).moments(
-                        places, KeptSteps(journal, f"{extent:g}/{shape[0]}x{shape[1]}/{run}"))
-                    for run, places in enumerate(runs)):
-                level.add(moment)
-                if report is not None:
-                    report("tangential", {
-                        "grid": list(shape), "applications": moment.applications,
-                        "residual": moment.state.contact.tangential.residual,
-                        **({"so_far": level.result} if level.coarser or len(grids) == 1 else {})})
-                if moment.state.touches_rim and extent <= LARGEST_EXTENT:
-                    return None
+            for run, places in enumerate(runs):
+                steps = Steps(history, shape, self._options, self._threads, extent)
+                for moment in steps.moments(places, KeptSteps(journal, f"{extent:g}/{shape[0]}x{shape[1]}/{run}")):
+                    level.interpolated = steps.interpolated
+                    level.add(moment)
+                    if report is not None:
+                        report("tangential", {
+                            "grid": list(shape), "applications": moment.applications,
+                            "residual": moment.state.contact.tangential.residual,
+                            **({"so_far": level.result} if level.coarser or len(grids) == 1 else {})})
+                    if moment.state.touches_rim and extent <= LARGEST_EXTENT:
+                        return None
             if accuracy is not None and level.coarser and not _missed(level.result(), history):
                 break
         assert level is not None
@@ -107,12 +110,14 @@ class HistorySolver:
 
 @dataclass
 class _Level:
-    """A history on one grid: its `rows` up to now, beside those on a `coarser` one."""
+    """A history on one grid: its `rows` up to now, beside those on a `coarser` one. The state that it begins with has lost the
+    share `interpolated` of its force between the grids."""
 
     history: History
     coarser: Sequence[Row]
     warnings: Sequence[str]
     rows: list[Row] = field(default_factory=list)
+    interpolated: float = 0.0
     _last: Moment | None = None
     _work: int = 0
     _solved: bool = True
@@ -129,7 +134,11 @@ class _Level:
     def result(self) -> Result:
         """The result up to now."""
         assert self._last is not None
-        return _result(self.history, self.rows, self._last, _errors(self.history, self.rows, self.coarser), self.warnings)
+        lost = [] if self.interpolated <= LOST else [
+            f"the state to begin with is interpolated from another grid: {100 * self.interpolated:.2g} % of its force was lost "
+            "on the way and put back, and counts in the errors; take its grid and numerics.extent"]
+        errors = _errors(self.history, self.rows, self.coarser, self.interpolated)
+        return _result(self.history, self.rows, self._last, errors, [*self.warnings, *lost])
 
 
 def _missed(result: Result, history: History) -> list[str]:
@@ -145,12 +154,16 @@ def _missed(result: Result, history: History) -> list[str]:
     return missed_accuracy(errors, largest, history.problem)
 
 
-def _errors(history: History, rows: Sequence[Row], coarser: Sequence[Row]) -> dict[str, Array]:
+def _errors(
+    history: History, rows: Sequence[Row], coarser: Sequence[Row], interpolated: float = 0.0
+) -> dict[str, Array]:
     """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at the same places. The
     difference counts `SAFETY` times, as for errors of first order, which jumps and kinks of inputs have. It changes its sign:
     an error is no less than that of the rows beside it, and than the mean of all, beside the `FLOOR` of tolerances. Those of
     work and heat are no less than what is missing between both and the stored energy. Where a difference may vanish by chance
-    in all rows, another one tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`."""
+    in all rows, another one tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`.
+    Forces, energies and the shift also err by the share of the first force that was `interpolated`, until rolling over the
+    contact's length has made the material forget it."""
     found: dict[str, Array] = {}
     problem, of_problem = history.problem_at(rows[-1].place), _known(history.largest)
     columns = {name: np.array([row.scalars[name] for row in rows]) for name in rows[0].scalars}
@@ -166,6 +179,12 @@ def _errors(history: History, rows: Sequence[Row], coarser: Sequence[Row]) -> di
             beside = scipy.ndimage.maximum_filter1d(difference[known], 3)
             error = np.maximum(np.interp(places, places[both][known], beside), np.sqrt((difference[known] ** 2).mean()))
             found[name] = np.where(np.isnan(column), math.nan, SAFETY * error + FLOOR * error_scale(name, largest))
+    half = DerivedQuantities(history.largest).scales.semi_axis_x
+    forgotten = np.exp([(rows[0].distance - row.distance) / (2.0 * half) for row in rows])
+    first = np.hypot(*(columns[known_as(name, columns)][0] for name in ("force_x_N", "force_y_N")))
+    for name in [known_as(each, columns) for each in INTERPOLATED] if interpolated else ():
+        size = float(first if name.startswith("force") else np.nanmax(np.abs(columns[name])))
+        found[name] = found.get(name, np.zeros(len(rows))) + interpolated * size * forgotten
     stored, worked, heat = (known_as(name, columns) for name in ("elastic_energy_J", "work_J", "heat_J"))
     missing = np.abs(columns[worked] - columns[heat] - (columns[stored] - columns[stored][0]))
     balance = np.maximum(found.get(heat, 0.0), np.maximum.accumulate(missing))

@@ -37,7 +37,7 @@ from thermoroll_cli.one_contact.steady_state.fixed_point import HEAT, Learnt, St
 from thermoroll_cli.one_contact.steady_state.heated_bodies import HeatResponses, heated_bodies
 from thermoroll_cli.one_contact.steady_state.scalars import reported_state
 from thermoroll_cli.physics.heat.heat_over_time import End, HeatMemory, Place
-from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatResponse, ThermalResponse
+from thermoroll_cli.physics.heat.heat_response import HeatResponse, ThermalResponse
 from thermoroll_cli.physics.numerics.grid import Grid, Prolongation
 from thermoroll_cli.problem.contact import Contact, Past, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -96,7 +96,8 @@ class _StepHeat(HeatResponses):
 
 class Steps:
     """A history on a grid of `shape` elements over `extent` half-lengths of the contact of its largest load (None: that of the
-    problem)."""
+    problem). Once it has begun, `interpolated` is the share of the force that was lost between the grid of a state from a file
+    and this one, and put back."""
 
     def __init__(
         self, history: History, shape: tuple[int, int], options: SolverOptions | None = None, threads: int = 1,
@@ -107,6 +108,7 @@ class Steps:
         self._base = Discretisation(derived, shape, extent or derived.problem.numerics.extent, threads, self._options)
         # Nothing is known of the symmetry of tractions that are given.
         given = isinstance(history.course.begin, Result)
+        self.interpolated = 0.0
         problem, self._hot = derived.problem, False
         self._memory: HeatMemory | None = None
         if problem.heating.heat:
@@ -121,36 +123,43 @@ class Steps:
         those that are not `kept` are solved."""
         course = self.history.course
         stops = self.history.with_stops(rows)
-        times, distances = self.history.clock(stops)
-        here, state = self._begin(float(rows[0]))
-        reached = self._arrived(here, state.contact, float(stops[0]), float(times[0]), float(distances[0]))
-        heat = self._released(here, state.contact)
-        if self._memory is not None and heat is not None:
-            bodies = heated_bodies(here.derived.problem, *state.contact.tangential.creepage)
-            self._memory.add(heat, reached.end, bodies if course.begin == "steady" else None)
-        yield _moment(here, state, reached, self._reported(here, state, reached), state.applications, converged=state.converged)
+        ends = zip(stops.tolist(), *(each.tolist() for each in self.history.clock(stops)), strict=True)
+        reached: _Reached | None = None
         before: _Reached | None = None
         work, solved = 0, True
-        ends = zip(stops[1:].tolist(), times[1:].tolist(), distances[1:].tolist(), strict=True)
-        for number, (stop, time, distance) in enumerate(ends, 1):
-            known = kept.find(number, here.grid) if stop < rows[-1] else None
-            jumps = reached.place in course.jumps
-            here, now = self._here(stop, time, distance, reached, None if jumps else before, jumps=jumps, heats=known is None)
-            state = known.state if known is not None else fixed_point(
-                here, first_guess(here, reached.contact, hot=self._hot), self._options.tolerances,
-                learnt=Learnt(HEAT.first_residual, state.secants))
+        for number, (stop, time, distance) in enumerate(ends):
+            known = None
+            if reached is None:
+                here, state = self._begin(stop)
+                now = End(time, ((0.0, 0.0), (0.0, 0.0)))
+            else:
+                known = kept.find(number, here.grid) if stop < rows[-1] else None
+                jumps = reached.place in course.jumps
+                here, now = self._here(
+                    stop, time, distance, reached, None if jumps else before, jumps=jumps, heats=known is None)
+                state = known.state if known is not None else fixed_point(
+                    here, first_guess(here, reached.contact, hot=self._hot), self._options.tolerances,
+                    learnt=Learnt(HEAT.first_residual, state.secants))
             work, solved = work + state.applications, solved and state.converged
             before, reached = reached, self._after(here, state.contact, stop, now, distance, reached)
-            heat = known.heat if known is not None else self._released(here, state.contact)
+            heat = None if known is None else known.heat
+            if self._memory is not None and known is None:
+                found = here.heat(state.contact)
+                assert isinstance(found.response, HeatResponse)
+                heat = replace(found.into, slope=found.response.changes(found.into))
             if self._memory is not None and heat is not None:
-                self._memory.add(heat, now)
+                always = number == 0 and course.begin == "steady"
+                self._memory.add(heat, now, heated_bodies(
+                    here.derived.problem, *state.contact.tangential.creepage) if always else None)
             if known is not None:
                 reported: State | None = State(known.fields, known.scalars, here.grid.x, here.grid.y)
             else:
                 reported = self._reported(here, state, reached) if stop in rows else None
-                kept.keep(number, state, heat, reported, whole=stop in course.places_of_fields)
+                if number:
+                    kept.keep(number, state, heat, reported, whole=stop in course.places_of_fields)
             if reported is not None and stop in rows:
-                yield _moment(here, state, reached, reported, work, converged=solved)
+                yield Moment(stop, time, distance, here, state, reported, work,
+                             solved and state.contact.tangential.converged)
                 work, solved = 0, True
 
     # --- the beginning -----------------------------------------------------------------------------------------------
@@ -174,10 +183,43 @@ class Steps:
         problem = replace(problem, heating=replace(problem.heating, partition=0.5))
         here = here.under(DerivedQuantities(self._still(problem, (0.0, 0.0), here.grid, 1.0), past))
         normal = here.isothermal_pressure
-        traction, hardening = (nothing, nothing[0]) if begin == "pressed" else _carried(begin, here, normal.pressure)
+        traction, hardening = (nothing, nothing[0]) if begin == "pressed" else self._carried(begin, here, normal.pressure)
         contact = Contact(normal, Traction(
             traction, nothing, normal.contact, (0.0, 0.0), nothing[0], nothing[0], 0.0, hardening=hardening))
         return here, SteadyState(contact, 0, 0.0, True, 0, 0, 0, False, ())
+
+    def _carried(self, result: Result, here: Discretisation, pressure: Array) -> tuple[Array, Array]:
+        """Tractions of a result on this grid, (2, nx, ny) in Pa, and by how much the yield stress of its interlayer has grown.
+        Raises Unsolvable for those of a contact of another kind."""
+        sizes = [(len(places), len(places) * float(places[1] - places[0]), float(places.mean()))
+                 for places in (result.x, result.y) if places.size]
+        line = len(sizes) == 1
+        if line != here.derived.problem.line:
+            raise Unsolvable("the state to begin with is " + ("one" if line else "not one") + " of a line contact",
+                             "history.begin", '"steady", "pressed", or the result file of such a contact')
+        (nx, length, centre_x), (ny, width, centre) = (*sizes, (1, math.inf, 0.0))[:2]
+        source = Grid(nx, 1, length / nx, math.inf, 0.0, centre_x) if line else Grid.over(
+            (nx, ny), length, width, centre, centre_x)
+        fields = {name: np.reshape(values, source.shape) for name, values in result.fields.items()}
+        traction = np.stack([fields["shear_x"], fields["shear_y"]])
+        yields = np.asarray(fields.get("yield_stress", np.zeros(source.shape)))
+        hardening = np.where(yields > 0.0, yields - (here.derived.problem.interlayer.yield_stress or 0.0), 0.0)
+        if source.shape == here.grid.shape and np.allclose(
+                (*source.x, *source.y), (*here.grid.x, *here.grid.y), rtol=1e-9, atol=0.0):
+            return traction, hardening
+        carry = Prolongation(source, here.grid)
+        carried = carry.traction(traction, fields["pressure"], pressure)
+        # Interpolation rounds off tractions where stick ends. What is missing of the force goes where friction leaves room.
+        force = traction.sum(axis=(1, 2)) * source.element_area
+        missing = force - carried.sum(axis=(1, 2)) * here.grid.element_area
+        friction = here.derived.problem.friction
+        bound = friction.coefficient * friction.mean_share(here.grid.y, here.grid.dy) * pressure
+        room = np.maximum(bound - np.hypot(*carried), 0.0)
+        most = max(float(room.sum()) * here.grid.element_area, float(np.hypot(*missing)))
+        if most > 0.0:
+            carried = carried + np.multiply.outer(missing / most, room)
+            self.interpolated = float(np.hypot(*missing) / max(np.hypot(*force), np.hypot(*missing)))
+        return carried, carry.from_inside(hardening)
 
     # --- one step ----------------------------------------------------------------------------------------------------
 
@@ -225,47 +267,31 @@ class Steps:
             creepage_x=None if motion.force_x is not None else shift[0] / grid.dx,
             creepage_y=None if motion.force_y is not None else shift[1] / grid.dx))
 
-    def _arrived(self, here: Discretisation, contact: Contact, place: float, time: float, distance: float) -> _Reached:
-        """What the steps begin from."""
-        past = here.derived.past
-        return _Reached(place, End(time, ((0.0, 0.0), (0.0, 0.0))), distance, contact, self._displacement(here, contact),
-                        _rigid(here, contact), shift=self.history.shift_at(place), rolls=past is None or past.rolls,
-                        friction=_friction_factor(here, contact))
-
     def _after(
-        self, here: Discretisation, contact: Contact, place: float, now: End, distance: float, last: _Reached
+        self, here: Discretisation, contact: Contact, place: float, now: End, distance: float, last: _Reached | None
     ) -> _Reached:
-        """The end of a step, with the energies since the last one: by the trapezoidal rule, but of inputs that have jumped, and
-        of heat without rolling, which is that of the bound, by their values at the end."""
-        past, area = here.derived.past, here.grid.element_area
-        assert past is not None
-        rigid, traction, step = _rigid(here, contact), contact.tangential.traction, distance - last.distance
-        shift = self.history.shift_at(place)
-        if not past.rolls:
-            step = here.grid.dx
-            found = contact.tangential.creepage
-            shift = last.shift[0] + found[0] * step, last.shift[1] + found[1] * step
-        mean = rigid if now.constant else 0.5 * (rigid + last.rigid)
-        rate = contact.tangential.work if now.constant else 0.5 * (contact.tangential.work + last.contact.tangential.work)
-        work = 0.5 * float(((traction + last.contact.tangential.traction) * mean).sum()) * area
-        return _Reached(place, now, distance, contact, self._displacement(here, contact), rigid, last.work + work * step,
-                        last.heat + rate * step, shift, past.rolls, _friction_factor(here, contact))
-
-    @staticmethod
-    def _displacement(here: Discretisation, contact: Contact) -> Array:
-        """u in m, (2, nx, ny), of traction and, between unlike bodies, of pressure."""
-        u = here.traction.displacement(here.derived, contact.tangential)
+        """The end of a step, with the energies since the `last` one (None: this is the first): by the trapezoidal rule, but of
+        inputs that have jumped, and of heat without rolling, which is that of the bound, by their values at the end."""
+        rigid, tangential = here.derived.kinematics.rigid_slip(here.grid), contact.tangential
+        motion = here.derived.problem.motion
+        for i, force in enumerate((motion.force_x, motion.force_y)):
+            if force is not None:
+                rigid[i] += tangential.creepage[i]
+        u = here.traction.displacement(here.derived, tangential)
         if here.derived.dissimilar:
             u = u + here.traction.coupling.tangential_displacement(contact.normal.pressure)
-        return u
-
-    def _released(self, here: Discretisation, contact: Contact) -> DividedHeat | None:
-        """The heat of a state with its slopes; None where heat is not computed."""
-        if self._memory is None:
-            return None
-        heat = here.heat(contact)
-        assert isinstance(heat.response, HeatResponse)
-        return replace(heat.into, slope=heat.response.changes(heat.into))
+        shift, rolls = self.history.shift_at(place), here.derived.past is None or here.derived.past.rolls
+        work = heat = 0.0
+        if last is not None:
+            step = distance - last.distance
+            if not rolls:
+                step = here.grid.dx
+                shift = last.shift[0] + tangential.creepage[0] * step, last.shift[1] + tangential.creepage[1] * step
+            mean = rigid if now.constant else 0.5 * (rigid + last.rigid)
+            rate = tangential.work if now.constant else 0.5 * (tangential.work + last.contact.tangential.work)
+            done = 0.5 * float(((tangential.traction + last.contact.tangential.traction) * mean).sum()) * here.grid.element_area
+            work, heat = last.work + done * step, last.heat + rate * step
+        return _Reached(place, now, distance, contact, u, rigid, work, heat, shift, rolls, _friction_factor(here, contact))
 
     def _reported(self, here: Discretisation, state: SteadyState, reached: _Reached) -> State:
         reported = reported_state(here, state.contact, heated=self._memory is not None)
@@ -280,22 +306,6 @@ class Steps:
             scalars |= dict.fromkeys(("creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm", "T_gamma_N",
                                       "T_gamma_without_spin_N"), math.nan)
         return replace(reported, scalars=scalars)
-
-
-def _moment(
-    here: Discretisation, state: SteadyState, reached: _Reached, reported: State, applications: int, *, converged: bool
-) -> Moment:
-    return Moment(reached.place, reached.end.time, reached.distance, here, state, reported, applications,
-                  converged and state.contact.tangential.converged)
-
-
-def _rigid(here: Discretisation, contact: Contact) -> Array:
-    """Slip of the bodies far away over V, (2, nx, ny), with the creepages that were found."""
-    rigid, motion = here.derived.kinematics.rigid_slip(here.grid), here.derived.problem.motion
-    for i, force in enumerate((motion.force_x, motion.force_y)):
-        if force is not None:
-            rigid[i] += contact.tangential.creepage[i]
-    return rigid
 
 
 def _friction_factor(here: Discretisation, contact: Contact) -> Array | None:
@@ -313,31 +323,3 @@ def _friction_factor(here: Discretisation, contact: Contact) -> Array | None:
         scale = scale * friction.mean_share(here.grid.y, here.grid.dy)
         np.divide(local, scale, out=factor, where=contact.normal.pressure > 0.0)
     return factor
-
-
-def _carried(result: Result, here: Discretisation, pressure: Array) -> tuple[Array, Array]:
-    """Tractions of a result on this grid, (2, nx, ny) in Pa, and by how much the yield stress of its interlayer has grown.
-    Raises Unsolvable for those of a contact of another kind."""
-    source, line = _grid_of(result), here.derived.problem.line
-    if math.isinf(source.dy) != line:
-        raise Unsolvable("the state to begin with is " + ("not one" if line else "one") + " of a line contact", "history.begin",
-                         '"steady", "pressed", or the result file of such a contact')
-    fields = {name: np.reshape(values, source.shape) for name, values in result.fields.items()}
-    traction = np.stack([fields["shear_x"], fields["shear_y"]])
-    alike = source.shape == here.grid.shape and np.allclose(
-        (*source.x, *source.y), (*here.grid.x, *here.grid.y), rtol=1e-9, atol=0.0)
-    yields = np.asarray(fields.get("yield_stress", np.zeros(source.shape)))
-    hardening = np.where(yields > 0.0, yields - (here.derived.problem.interlayer.yield_stress or 0.0), 0.0)
-    if alike:
-        return traction, hardening
-    carry = Prolongation(source, here.grid)
-    return carry.traction(traction, fields["pressure"], pressure), carry.from_inside(hardening)
-
-
-def _grid_of(result: Result) -> Grid:
-    """The grid of a result's fields."""
-    steps = [float(places[1] - places[0]) for places in (result.x, result.y) if places.size]
-    if len(steps) == 1:
-        return Grid(len(result.x), 1, steps[0], math.inf, 0.0, float(result.x.mean()))
-    return Grid.over((len(result.x), len(result.y)), len(result.x) * steps[0], len(result.y) * steps[1],
-                     float(result.y.mean()), float(result.x.mean()))
