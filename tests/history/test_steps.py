@@ -102,6 +102,14 @@ def test_shift_by_a_force() -> None:
     assert column(back, "force_x_N")[-1] == pytest.approx(force, rel=1e-3)
 
 
+def test_slip_narrower_than_an_element_is_covered() -> None:
+    """A tenth of the largest force: slip is a quarter of an element wide, and the exact stick (1 − q)^(2/3) of the area."""
+    course = Course((0.0, 1.0), {"force.longitudinal_N": (0.0, 0.1 * MU * WEIGHT)}, steps=3, begin="pressed")
+    found = HistorySolver().solve(History(ball(16, force=(0.0, None), speed=0.0), course))
+    away = abs(found["gamma_st"] - 0.9 ** (2.0 / 3.0))
+    assert 0.5 < away / found.uncertainty["gamma_st"] < 1.0
+
+
 def test_a_cycle_of_the_force() -> None:
     """Johnson, Contact Mechanics, Sec. 7.4: the energy of a loop; the second one repeats the first."""
     q, steps = 0.7, 8
