@@ -13,6 +13,7 @@ order (e_a, e_r, e_t).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Literal
@@ -188,10 +189,17 @@ class BearingProblem:
     def race_control(self, angles: Array, ring: RingName) -> Array:
         """The `motion` of a ball at both contact `angles` with no creepage along rolling in either contact, no spin at `ring`,
         and no turn about e_t (Jones 1960)."""
+        return self._rolling(angles, lambda motion: self.slip(ring, float(angles[RINGS.index(ring)]), motion)[1][2])
+
+    def along_the_bearing(self, angles: Array) -> Array:
+        """The `motion` of a ball that rolls about an axis along that of the bearing, without a gyroscopic moment."""
+        return self._rolling(angles, lambda motion: float(motion[2]))
+
+    def _rolling(self, angles: Array, vanishes: Callable[[Array], float]) -> Array:
+        """The `motion` without creepage along rolling and turn about e_t at which a linear function of it vanishes, too."""
         def conditions(motion: Array) -> Array:
-            slips = {each: self.slip(each, float(angle), motion)[1] for each, angle in zip(RINGS, angles, strict=True)}
-            return np.array([slips["inner"][0], slips["outer"][0], slips[ring][2] * self.ball_diameter,
-                             motion[3] * self.ball_diameter])
+            along = [self.slip(each, float(angle), motion)[1][0] for each, angle in zip(RINGS, angles, strict=True)]
+            return np.array([*along, vanishes(motion) * self.ball_diameter, motion[3] * self.ball_diameter])
 
         at_rest = conditions(np.zeros(4))
         return np.linalg.solve(np.array([conditions(unit) - at_rest for unit in np.eye(4)]).T, -at_rest)

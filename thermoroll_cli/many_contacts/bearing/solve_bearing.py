@@ -6,10 +6,12 @@ tractions push the ball, and the inner ring with it, axially and outwards, with 
 method solves them together, for its place turns the contacts of a ball and so its creepages. Slopes of the tractions with the
 creepages are found by differences once for the first ball, and corrected by each solution of a contact (Broyden 1965). A step
 counts as one towards the balance if the next one, with the same slopes, is smaller (Deuflhard 2004): where spin makes a contact
-slide, what is left of the conditions hardly depends on how both contacts share it, and tells little of the way. Balls
-follow each other from the largest load to the smallest, and each begins with the motion and the slopes of the one before, in
-rounds until the ring, which the friction of all balls moves, stays where it is. With a common cage each ball first finds a
-speed of its own; then the speed of all is that at which the forces of their pockets vanish together.
+slide, what is left of the conditions hardly depends on how both contacts share it, and tells little of the way. The first ball
+begins with a race control, with the mean of both, or, where friction holds less than the gyroscopic moment, with an axis along
+that of the bearing, which has none. Balls follow each other from the largest load to the smallest, and each begins with the
+motion and the slopes of the one before, in rounds until the ring, which the friction of all balls moves, stays where it is.
+With a common cage each ball first finds a speed of its own; then the speed of all is that at which the forces of their pockets
+vanish together.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,17 +40,24 @@ BALANCED = 2e-5
 SETTLED = 5e-4
 """Difference of the friction that pushes a ball axially and outwards from that with which it was placed, over the same."""
 MOST_ROUNDS, MOST_STEPS = 25, 30
+FAST = 5.0
+"""A contact slides fast at more than as many times the creepages at which it begins to slide all over: there only the ratios of
+its creepages count, and what follows are shares of them."""
 LONGEST, SHORTEST = 4.0, 0.03
-"""Largest change of a creepage in one step, over that at which a contact slides; smallest share of a step that is tried."""
-CLOSER, LESS = 0.1, 0.5
-"""Part of its share by which a step has to make the next one smaller; or part of the rest to leave."""
+"""Largest change of a creepage in one step, over that at which a contact slides, or a fifth of that at which it slides fast;
+smallest share of a step that is tried."""
+CLOSER, LESS, MORE = 0.1, 0.5, 3.0
+"""Part of its share by which a step has to make the next one smaller, without leaving so much more; or part of the rest to
+leave."""
 SHORTER, LONGER = 0.4, 4.0
 """Share of a step that failed with which it is tried again; by how much the share may grow after one that did not."""
 TELLS, NEAR = 0.005, 0.3
-"""Changes of a creepage, over that at which a contact slides, above which a step tells slopes, and not what solutions leave
-open; and up to which one that failed does."""
+"""Changes of a creepage, in the unit of steps, above which a step tells slopes, and not what solutions leave open; and up to
+which one that failed does."""
 DIFFERENCE = 0.04
-"""Change of a creepage by which slopes are found, over that at which a contact slides."""
+"""Change of a creepage by which slopes are found, in the same unit."""
+NEARLY = 0.01
+"""Rest of a ball above which it begins again elsewhere: rounds bring it to an end from less."""
 ROUGH_GRID = 40
 """Elements per side of the contacts at most until all is nearly in balance."""
 INTEGRALS = ("force_x_N", "force_y_N", "spin_moment_Nmm", "Q_F_W", "T_gamma_N")
@@ -121,9 +131,17 @@ class BearingSearch:
 
     def solve(self) -> SolvedBearing:
         """The bearing in balance, or what is wrong with it."""
-        reason = self.placement.reason
-        if self.problem.rolls and not reason:
-            self._kinematic()
+        reason, ring = self.placement.reason, self.problem.controlling
+        for _ in range(MOST_ROUNDS if self.problem.rolls and not reason else 0):
+            # The cage has the speed of pure rolling, and with balls that one ring alone touches the mean of the others.
+            speeds = np.array([self.problem.race_control(angles, ring)[0] if loads.min() > 0.0 else math.nan
+                               for angles, loads in zip(self.placement.angles, self.placement.loads, strict=True)])
+            mean = float(np.nanmean(speeds)) if not np.isnan(speeds).all() else (
+                self.problem.race_control(np.zeros(2), ring)[0])
+            before, self.cage = self.cage, np.where(np.isnan(speeds), mean, speeds)
+            self.placement = self._placed()
+            if np.abs(self.cage - before).max() <= 1e-11 * np.abs(self.cage).max():
+                break
         self._gather()
         contact = self.problem.contact
         if self.problem.balances and not reason:
@@ -169,19 +187,6 @@ class BearingSearch:
     def _placed(self, *, first: bool = False) -> Placement:
         centrifugal = self.problem.centrifugal(np.nan_to_num(self.cage))
         return place(self.problem, centrifugal, self.on_balls, self.on_ring, None if first else self.placement)
-
-    def _kinematic(self) -> None:
-        """Places with the speed of the cage of pure rolling; of balls that one ring alone touches the mean of the others."""
-        ring = self.problem.controlling
-        for _ in range(MOST_ROUNDS):
-            speeds = np.array([self.problem.race_control(angles, ring)[0] if loads.min() > 0.0 else math.nan
-                               for angles, loads in zip(self.placement.angles, self.placement.loads, strict=True)])
-            mean = float(np.nanmean(speeds)) if not np.isnan(speeds).all() else (
-                self.problem.race_control(np.zeros(2), ring)[0])
-            before, self.cage = self.cage, np.where(np.isnan(speeds), mean, speeds)
-            self.placement = self._placed()
-            if np.abs(self.cage - before).max() <= 1e-11 * np.abs(self.cage).max():
-                break
 
     def _gather(self) -> None:
         """Balls alike as one, from the largest load to the smallest."""
@@ -251,6 +256,11 @@ class BearingSearch:
         k = RINGS.index(ring)
         return self.problem.saturation(ring, float(ball.angles[k]), float(ball.loads[k]))
 
+    def unit(self, ball: Ball, ring: RingName) -> Array:
+        """Unit of steps: creepages and spin at which a contact slides all over; where it slides fast, as many times as much."""
+        saturation = self.saturation(ball, ring)
+        return saturation * max(1.0, float(np.linalg.norm(ball.contacts[ring].creepages / saturation)) / FAST)
+
     def conditions(self, ball: Ball, ring: RingName, wrench: Array) -> Array:
         """What a contact's tractions, `wrench` (6, …), contribute to the conditions of a ball (8, …), in N: the force along the
         pitch circle, the moments over D/2, the force that pushes the ball axially and outwards, and that on the inner ring."""
@@ -298,8 +308,20 @@ class BearingSearch:
         of those that are extrapolated from all; None: with nothing left of its conditions."""
         on_balls, on_ring, cage = self.on_balls.copy(), self.on_ring.copy(), self.cage.copy()
         loaded = [ball for ball in self.balls if ball.loaded]
-        apart = [{ring: self._apart(ball, ring, level) for ring in RINGS} for ball in loaded]
-        missing = [self._missing(ball, level, off) for ball, off in zip(loaded, apart, strict=True)]
+        apart: list[dict[RingName, dict[str, float]]] = []
+        missing = []
+        for ball in loaded:
+            apart.append({ring: dict.fromkeys(INTEGRALS, 0.0) for ring in RINGS})
+            missing.append(self.rest(ball) if level is None else np.zeros(8))
+            for ring in RINGS:
+                if level is None:
+                    continue
+                scalars = ball.solvers[ring].last[1][level].reported.scalars
+                apart[-1][ring] = {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
+                along, across, spin = (apart[-1][ring][name] for name in INTEGRALS[:3])
+                # Moments in N mm over half of the diameter in mm; D/2 away from where the forces act.
+                wrench = np.array([0.0, along, across, 2e-3 * spin / self.problem.ball_diameter, -across, along])
+                missing[-1] = missing[-1] + self.conditions(ball, ring, wrench / self._friction(ball, ring))
         common = None if self.common is None else self._of_pockets(loaded, missing)[1]
         balls = {ball.members: replace(ball, integrals={}) for ball in self.balls}
         for ball, rest in zip(loaded, missing, strict=True):
@@ -312,66 +334,27 @@ class BearingSearch:
             new.loads, new.angles = (of[new.members[0]] for of in (placement.loads, placement.angles))
         for ball, off in zip(loaded, apart, strict=True):
             new = balls[ball.members]
-            new.integrals = {ring: self._moved(ball, new, ring, off[ring]) for ring in RINGS}
+            for k, ring in enumerate(RINGS):
+                # Forces and moment follow the creepages by the slopes of the wrench, heat is their power.
+                here, integrals = ball.contacts[ring].creepages, ball.integrals[ring]
+                moved = self.problem.creepages(ring, float(new.angles[k]), new.motion) - here
+                units = np.array([1.0, 1.0, 0.5 * self.problem.ball_diameter])
+                follow = units * self._friction(ball, ring) * (ball.slopes[ring] @ (moved / self.saturation(ball, ring)))[1:4]
+                forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
+                power = float((forces + follow) @ moved + follow @ here)
+                speed = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0]
+                changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), speed * power, power)
+                ratio = float(new.loads[k] / ball.loads[k])
+                new.integrals[ring] = {name: ratio * (integrals[name] + off[ring][name] + change)
+                                       for name, change in zip(INTEGRALS, changes, strict=True)}
         return SolvedBearing(self.problem, placement, list(balls.values()))
-
-    def _apart(self, ball: Ball, ring: RingName, level: int | None) -> dict[str, float]:
-        """How far the `INTEGRALS` of a contact on the grid `level` are from those that are extrapolated."""
-        if level is None:
-            return dict.fromkeys(INTEGRALS, 0.0)
-        scalars = ball.solvers[ring].last[1][level].reported.scalars
-        return {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
-
-    def _missing(self, ball: Ball, level: int | None, apart: Mapping[RingName, Mapping[str, float]]) -> Array:
-        """What the conditions of a ball miss if its contacts' forces are `apart` from those found; all that is left of them if
-        there is no `level`."""
-        if level is None:
-            return self.rest(ball)
-        missing = np.zeros(8)
-        for ring, off in apart.items():
-            along, across, spin = off["force_x_N"], off["force_y_N"], 2e-3 * off["spin_moment_Nmm"]
-            # The ball's centre is D/2 away from where the forces act.
-            wrench = np.array([0.0, along, across, spin / self.problem.ball_diameter, -across, along])
-            missing = missing + self.conditions(ball, ring, wrench / self._friction(ball, ring))
-        return missing
-
-    def _moved(self, ball: Ball, new: Ball, ring: RingName, apart: Mapping[str, float]) -> dict[str, float]:
-        """The `INTEGRALS` of a contact of a ball where the ball is `new`, by the slopes of its wrench, and as far `apart`."""
-        k = RINGS.index(ring)
-        here, integrals = ball.contacts[ring].creepages, ball.integrals[ring]
-        moved = self.problem.creepages(ring, float(new.angles[k]), new.motion) - here
-        units = np.array([1.0, 1.0, 0.5 * self.problem.ball_diameter])
-        follow = units * self._friction(ball, ring) * (ball.slopes[ring] @ (moved / self.saturation(ball, ring)))[1:4]
-        forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
-        power = float((forces + follow) @ moved + follow @ here)
-        speed = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0]
-        changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), speed * power, power)
-        share = float(new.loads[k] / ball.loads[k])
-        return {name: share * (integrals[name] + apart[name] + change) for name, change in zip(INTEGRALS, changes, strict=True)}
-
-    def _differences(self, ball: Ball, contact: Problem) -> None:
-        """Slopes of both contacts by differences."""
-        for k, ring in enumerate(RINGS):
-            here, unit, columns = ball.contacts[ring], self.saturation(ball, ring), []
-            shaped = self.problem.contact_problem(contact, ring, float(ball.angles[k]), float(ball.loads[k]), ball.motion)
-            for axis in range(3):
-                x, y, spin = (here.creepages + DIFFERENCE * unit * np.eye(3)[axis]).tolist()
-                moved = replace(shaped, motion=replace(shaped.motion, creepage_x=x, creepage_y=y, spin=spin))
-                columns.append((self._contact(ball, ring, moved).wrench - here.wrench) / DIFFERENCE)
-            ball.slopes[ring] = np.array(columns).T
 
     def _whole_step(self, ball: Ball) -> tuple[Array, float]:
         """Newton's step of the motion and of the friction; and its largest change of a creepage, over that at which a contact
         slides."""
         step = self._newton(ball, self.rest(ball), None if self.common is None else self.common - float(ball.motion[0]))
-        changes = [self.changes(ball, ring) @ step / self.saturation(ball, ring) for ring in RINGS]
+        changes = [self.changes(ball, ring) @ step / self.unit(ball, ring) for ring in RINGS]
         return step, float(np.abs(changes).max())
-
-    def _most(self, ball: Ball, step: Array) -> float:
-        """The share of a step with which the surfaces of both contacts go on flowing the same way, at half of their speed."""
-        speeds = [[self.problem.slip(ring, float(angle), motion)[0] for motion in (ball.motion, ball.motion + step[:4])]
-                  for ring, angle in zip(RINGS, ball.angles, strict=True)]
-        return min(0.5 / max(1.0 - after / before, 0.5) for before, after in speeds)
 
     def _newton(self, ball: Ball, rest: Array, speed: float | None = None) -> Array:
         """The change of a ball's motion and of the friction with which it is placed that takes `rest` away; but for its force
@@ -393,14 +376,6 @@ class BearingSearch:
             rest[0] = (ball.motion[0] - self.common) / (float(self.saturation(ball, "outer")[0]) * self.common)
         return math.hypot(float(np.linalg.norm(rest[:4])), BALANCED / SETTLED * float(np.linalg.norm(rest[4:])))
 
-    def _correct_slopes(self, ball: Ball, contacts: Mapping[RingName, SolvedContact], near: float) -> None:
-        """Slopes that give the change of the wrenches since `contacts`, if creepages changed by less than `near`."""
-        for ring, before in contacts.items():
-            moved = (ball.contacts[ring].creepages - before.creepages) / self.saturation(ball, ring)
-            missed = ball.contacts[ring].wrench - before.wrench - ball.slopes[ring] @ moved
-            if TELLS < float(np.abs(moved).max()) < near:
-                ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, moved) / float(moved @ moved)
-
     def _in_balance(self, ball: Ball, contact: Problem, tolerance: float) -> None:
         """Move a ball, and its place with its friction, until what is left of its conditions falls below `tolerance`, or
         nothing more helps."""
@@ -411,10 +386,21 @@ class BearingSearch:
             if not ball.slopes or share < SHORTEST:
                 if fresh:
                     return
-                self._differences(ball, contact)
+                for k, ring in enumerate(RINGS):
+                    here, unit, columns = ball.contacts[ring], self.unit(ball, ring), []
+                    shaped = self.problem.contact_problem(
+                        contact, ring, float(ball.angles[k]), float(ball.loads[k]), ball.motion)
+                    for axis in range(3):
+                        x, y, spin = (here.creepages + DIFFERENCE * unit * np.eye(3)[axis]).tolist()
+                        moved = replace(shaped, motion=replace(shaped.motion, creepage_x=x, creepage_y=y, spin=spin))
+                        columns.append((self._contact(ball, ring, moved).wrench - here.wrench) / DIFFERENCE)
+                    ball.slopes[ring] = np.array(columns).T * (self.saturation(ball, ring) / unit)
                 fresh, share = True, 1.0
             step, size = self._whole_step(ball)
-            share = min(share, LONGEST / size, self._most(ball, step))
+            # Surfaces go on flowing the same way in both contacts, at half of their speed at least.
+            flows = [[self.problem.slip(ring, float(angle), motion)[0] for motion in (ball.motion, ball.motion + step[:4])]
+                     for ring, angle in zip(RINGS, ball.angles, strict=True)]
+            share = min(share, LONGEST / size, *(0.5 / max(1.0 - after / before, 0.5) for before, after in flows))
             step = share * step
             motion, placement, contacts = ball.motion, self.placement, dict(ball.contacts)
             on_ball, on_ring = self.on_balls[where], self.on_ring[where]
@@ -425,9 +411,15 @@ class BearingSearch:
             self._put(ball)
             if ball.loaded and not self.placement.reason:
                 self._solve(ball, contact)
-                closer = (self.left(ball) <= max(tolerance, LESS * left)
-                          or self._whole_step(ball)[1] < (1.0 - CLOSER * share) * size)
-                self._correct_slopes(ball, contacts, math.inf if closer else NEAR)
+                closer = (now := self.left(ball)) <= max(tolerance, LESS * left) or (
+                    now < MORE * left and self._whole_step(ball)[1] < (1.0 - CLOSER * share) * size)
+                for ring, was in contacts.items():
+                    # Slopes that give the change of the wrench since the last step.
+                    change = ball.contacts[ring].creepages - was.creepages
+                    change, along = change / self.unit(ball, ring), change / self.saturation(ball, ring)
+                    missed = ball.contacts[ring].wrench - was.wrench - ball.slopes[ring] @ along
+                    if TELLS < float(np.abs(change).max()) < (math.inf if closer else NEAR):
+                        ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, along) / float(along @ along)
                 if closer:
                     share, fresh = min(1.0, LONGER * share), False
                     continue
@@ -450,14 +442,26 @@ class BearingSearch:
             # The friction of every ball moves the ring: all of them get closer together.
             wanted = tolerance if len(loaded) == 1 else max(0.5 * tolerance, 0.05 * left)
             for ball in loaded:
-                if not ball.contacts:
-                    self._begin(ball, last, contact)
-                self._in_balance(ball, contact, wanted)
+                self._put(ball)  # the friction of those before may have freed it
+                if not ball.loaded:
+                    continue
+                new = not ball.contacts
+                if new and last is not None:
+                    self._follow(ball, last, contact)
+                if ball.contacts:
+                    self._in_balance(ball, contact, wanted)
+                if new and (not ball.contacts or self.left(ball) > max(wanted, NEARLY)):
+                    self._first(ball, contact, wanted)
                 last = ball
+            loaded = [ball for ball in loaded if ball.loaded]
             # Pockets of balls that are alike have no forces.
             if self.problem.common_cage and len(loaded) > 1:
                 unbalanced, turned = self._turn_cage(loaded, turned, tolerance)
-            self._carry_along(loaded)
+            # Balls that one ring alone touches have no friction and go round as the others do, at their mean.
+            carried = [j for ball in loaded for j in ball.members]
+            free = [j for j in range(self.problem.balls) if j not in carried]
+            self.on_balls[free] = self.on_ring[free] = 0.0
+            self.cage[free] = float(np.mean(self.cage[carried]))
             self.placement = self._placed()
             if self.placement.reason:
                 return self.placement.reason
@@ -471,20 +475,43 @@ class BearingSearch:
             idle = idle + 1 if left > 0.7 * before and unbalanced <= tolerance else 0
             if idle == 2:
                 break
-        return self._without_axis(max(known, key=self.left)) if left > tolerance else (
-            f"the cage found no common speed: its pockets are left with {unbalanced:.1e} of the friction limit")
+        if left <= tolerance:
+            return f"the cage found no common speed: its pockets are left with {unbalanced:.1e} of the friction limit"
+        ball = max(known, key=self.left)
+        of_tractions, left = self.limit(ball) * self.problem.ball_diameter, self.left(ball)
+        gyroscopic, name = float(np.linalg.norm(self.problem.gyroscopic(ball.motion))), f"ball {ball.members[0] + 1}"
+        if gyroscopic > 0.5 * of_tractions:
+            return (f"{name}: no axis was found, {left:.1e} of the friction limit are left over; its gyroscopic moment of "
+                    f"{1e3 * gyroscopic:.3g} N mm is near what friction holds, {1e3 * of_tractions:.3g} N mm: more load, more "
+                    "friction or less speed keeps it")
+        return f"{name}: the tractions of its contacts do not balance, {left:.1e} of the friction limit are left over"
 
-    def _begin(self, ball: Ball, before: Ball | None, contact: Problem) -> None:
+    def _first(self, ball: Ball, contact: Problem, tolerance: float) -> None:
+        """A ball in balance from nothing: from the start that leaves least of its conditions, or, if that fails, the next."""
+        where, bearing, starts = list(ball.members), self.problem, []
+        held = float(np.linalg.norm(bearing.gyroscopic(ball.motion))) < self.limit(ball) * bearing.ball_diameter
+        outer, inner = (partial(bearing.race_control, ring=ring) for ring in ("outer", "inner"))
+        for last, start in ((not held, outer), (not held, lambda angles: 0.5 * (outer(angles) + inner(angles))),
+                            (not held, inner), (held, bearing.along_the_bearing)):
+            self.cage[where] = start(ball.angles)[0]
+            self.placement = self._placed()
+            self._put(ball)
+            if not ball.loaded:
+                continue
+            ball.motion = start(ball.angles)
+            self._solve(ball, contact)
+            starts.append((last, self.left(ball), ball.motion, dict(ball.contacts), self.placement))
+        for _, _, ball.motion, ball.contacts, self.placement in sorted(starts, key=lambda start: start[:2]):
+            ball.slopes = {}
+            self.cage[where], self.on_balls[where], self.on_ring[where] = ball.motion[0], 0.0, 0.0
+            self._put(ball)
+            self._in_balance(ball, contact, tolerance)
+            if self.left(ball) <= max(tolerance, NEARLY):
+                break
+
+    def _follow(self, ball: Ball, before: Ball, contact: Problem) -> None:
         """The first motion: between both race controls, as far as the ball before, and with its slopes."""
         inner, outer = (self.problem.race_control(ball.angles, ring) for ring in RINGS)
-        if before is None:
-            tried = []
-            for motion in (outer, 0.5 * (inner + outer), inner):
-                ball.motion = motion
-                self._solve(ball, contact)
-                tried.append((self.left(ball), motion, dict(ball.contacts)))
-            _, ball.motion, ball.contacts = min(tried, key=lambda each: each[0])
-            return
         its = [self.problem.race_control(before.angles, ring) for ring in RINGS]
         ball.motion = 0.5 * (inner + outer) + before.motion - 0.5 * (its[0] + its[1])
         ball.slopes = dict(before.slopes)
@@ -492,13 +519,6 @@ class BearingSearch:
             ball.solvers[ring] = Solver(self.threads)
             ball.solvers[ring].last = before.solvers[ring].last
         self._solve(ball, contact)
-
-    def _carry_along(self, loaded: list[Ball]) -> None:
-        """Balls that one ring alone touches have no friction and go round as the others do, at their mean."""
-        carried = [j for ball in loaded for j in ball.members]
-        free = [j for j in range(self.problem.balls) if j not in carried]
-        self.on_balls[free] = self.on_ring[free] = 0.0
-        self.cage[free] = float(np.mean(self.cage[carried]))
 
     def _turn_cage(self, loaded: list[Ball], last: float, tolerance: float) -> tuple[float, float]:
         """Change the speed that all balls share so that the forces of their pockets vanish together, by at most four times the
@@ -526,16 +546,6 @@ class BearingSearch:
             force, slope, towards = force + count * own, slope + count * its, towards + count * its * ball.motion[0]
             limit += count * self.limit(ball)
         return abs(force) / limit, (towards - force) / slope
-
-    def _without_axis(self, ball: Ball) -> str:
-        """Why a ball found no axis."""
-        of_tractions, left = self.limit(ball) * self.problem.ball_diameter, self.left(ball)
-        gyroscopic, name = float(np.linalg.norm(self.problem.gyroscopic(ball.motion))), f"ball {ball.members[0] + 1}"
-        if gyroscopic > 0.5 * of_tractions:
-            return (f"{name}: no axis was found, {left:.1e} of the friction limit are left over; its gyroscopic moment of "
-                    f"{1e3 * gyroscopic:.3g} N mm is near what friction holds, {1e3 * of_tractions:.3g} N mm: more load, more "
-                    "friction or less speed keeps it")
-        return f"{name}: the tractions of its contacts do not balance, {left:.1e} of the friction limit are left over"
 
 
 def tractions_on_ball(problem: BearingProblem, ring: RingName, angle: float, result: Result) -> tuple[Array, Array]:
