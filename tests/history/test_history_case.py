@@ -329,6 +329,7 @@ def test_nothing_rolls() -> None:
     ("history", {"time_s": [0, 1, 2]}, "history.time_s"),
     ("history", {"begin": "still"}, "history.begin"),
     ("rolling", {"speed_m_s": 0.0}, "history.distance_mm"),
+    ("rolling", {"speed_m_s": 0.0}, "history.values"),
     ("force", {"longitudinal_N": 0.1}, "history.values"),
     ("friction", {"law": "exponential", "limit_coefficient": 0.2, "half_slip_m_s": 0.1}, "friction.law"),
     ("friction", {"law": "table", "table": [[0, 0.2], [0.1, 0.4], [0.2, 0.3]]}, "friction.law"),

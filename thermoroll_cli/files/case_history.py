@@ -70,7 +70,7 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
     places = history.distance_mm or history.time_s or []
     name = "time_s" if history.distance_mm is None else "distance_mm"
     if any(other < one for one, other in pairwise(places)) or places[0] == places[-1]:
-        yield ("history", name), "must not fall", "numbers that rise; the same number twice is a jump"
+        yield ("history", name), "must rise", "numbers that rise; the same number twice is a jump"
     if any(one == other == third for one, other, third in zip(places, places[1:], places[2:], strict=False)):
         yield ("history", name), "has a number three times", "the same number twice is a jump"
     yield from _length(sections.get("load"), history)
@@ -132,6 +132,12 @@ def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[flo
     speeds = history.values.get(SPEED) or ([] if rolling is None else [rolling.speed_m_s or 0.0])
     if history.distance_mm is not None and not all(speeds):
         yield ("history", "distance_mm"), "nothing is rolled at rolling.speed_m_s = 0", "time_s"
+    given = [name for name in ("longitudinal", "lateral", "spin_rad_mm") if getattr(sections.get("creepage"), name, None)]
+    creeps = [*(f"creepage.{name}" for name in given), *(key for key in history.values if key.startswith("creepage."))]
+    for key in [] if any(speeds) else creeps:
+        yield path if key in history.values else tuple(key.split(".")), (
+            f"{key} is slip over the rolling speed, and nothing rolls" if key in history.values else
+            "is slip over the rolling speed, and nothing rolls"), "shift.longitudinal_um, shift.lateral_um, or a force"
     if any(speeds) and any(len({*history.values.get(key, [])}) > 1 for key in SHIFTS) and SPEED not in history.values:
         yield path, "shifts happen without rolling", "rolling.speed_m_s = 0, or creepages"
 
