@@ -13,6 +13,7 @@ from scipy.integrate import quad
 from tests.support.problems import MECHANICAL, elastic
 from thermoroll_cli.exact.hunter import hunter
 from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.halfspace.coatings import Coatings
 from thermoroll_cli.physics.halfspace.layered import LayeredBody
 from thermoroll_cli.physics.halfspace.layered_stress import element_stresses
@@ -21,6 +22,7 @@ from thermoroll_cli.physics.halfspace.relaxing import Relaxing
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem, SubsurfaceRequest
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.arrays import Array
 
 DX, COUNT = 0.1, 9
@@ -149,6 +151,22 @@ def test_a_coating_of_its_body_is_no_coating() -> None:
         assert same[name] == plain[name]
         # Here the border is found on elements.
         assert nearly[name] == pytest.approx(plain[name], rel=1e-3)
+
+
+@pytest.mark.parametrize(("body", "across"), [
+    (coated(layer(1e-4)), False), (replace(STEEL, relaxation=((0.6, 2e-4), (0.2, 2e-3))), True)])
+def test_creepages_at_which_all_slides_know_layers_and_memory(body: Material, across: bool) -> None:
+    """And between them a strip that sticks within an element of the coarse grid is in its estimate."""
+    about = DerivedQuantities(cylinders(body)).saturation_creepage / (1.0 - STEEL.poisson_ratio * across)
+
+    def rolled(share: float, grid: int) -> Result:
+        motion = Motion(1.0, 0.0, share * about) if across else Motion(1.0, share * about, 0.0)
+        return solve(replace(cylinders(body, grid), motion=motion))
+
+    assert rolled(0.8, 32)["gamma_st"] > 0.0 and rolled(1.25, 32)["gamma_st"] == 0.0
+    for share in (0.92, 1.0, 1.08):
+        coarse, fine = rolled(share, 24), rolled(share, 128)
+        assert abs(coarse["gamma_st"] - fine["gamma_st"]) <= coarse.uncertainty["gamma_st"]
 
 
 def test_thin_and_thick_coatings_are_the_bodies_below_and_above() -> None:

@@ -19,12 +19,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
-from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
 from thermoroll_cli.one_contact.refinement.level import Level
 from thermoroll_cli.one_contact.refinement.plan import Plan
-from thermoroll_cli.one_contact.refinement.sharp_places import uneven_friction
+from thermoroll_cli.one_contact.refinement.sharp_places import uneven_friction, unseen_stick
 from thermoroll_cli.one_contact.refinement.subsurface_plan import few_depths
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
@@ -33,7 +30,7 @@ from thermoroll_cli.physics.stress.strength import PARABOLA
 from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, Condition, Kind, Scalar, holds, of_contacts, of_kind
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Peak
-from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
+from thermoroll_cli.problem.scalar_errors import TEMPERATURES, error_scale
 
 Levels = Sequence[Mapping[str, float]]
 
@@ -181,26 +178,31 @@ def estimates(grid: Resolution, without: Collection[str] = ()) -> dict[str, floa
 class Resolution:
     """What a grid with so many `elements` over 1.1 diameters of the contact does not see, from the scalars on it and on coarser
     ones (`levels`, coarse to fine, each side doubled); and what it misses where friction changes within elements (`uneven`,
-    from `uneven_friction`)."""
+    from `uneven_friction`); `unseen` is the share that may stick though no element does (`unseen_stick`)."""
 
     levels: Levels
     derived: DerivedQuantities
     elements: float
     plan: Plan
     uneven: tuple[float, float] = (0.0, 0.0)
+    unseen: float = 0.0
 
     @classmethod
     def of(cls, last: Level, levels: Levels, derived: DerivedQuantities, plan: Plan) -> Resolution:
         """That of the `last` level, with the scalars of `levels`."""
-        return cls(levels, derived, last.elements_across, plan, uneven_friction(last.here, last.contact))
+        return cls(levels, derived, last.elements_across, plan, uneven_friction(last.here, last.contact),
+                   unseen_stick(last.here, last.contact, levels[-1]["gamma_st"]))
 
     def error_of(self, scalar: Scalar) -> float:
         """Estimated error of a scalar over its `error_scale`."""
         rubbed = self.rubbed if scalar.scale == "temperature" else 1.0
         carried = self.carried if scalar.kind == "resultant" else 1.0
+        # Heat that is conducted flows through the border most.
+        conducted = self.border if (scalar.kind in ("exchanged heat", "diffused mean")
+                                    and self.derived.problem.heating.conducts) else 0.0
         error = estimate([level.get(scalar.name, math.nan) for level in self.levels], error_scale(scalar.name, self.summary),
                          order=self.order(scalar.kind),
-                         unresolved=carried * self.unresolved(scalar.kind) * rubbed + self.of_steps(scalar.kind),
+                         unresolved=carried * self.unresolved(scalar.kind) * rubbed + self.of_steps(scalar.kind) + conducted,
                          floor=carried * (FLOOR + sum(self.plan.left_out.values())),
                          safety=SAFETY_EXTRAPOLATED if scalar.name in EXTRAPOLATED else SAFETY)
         # Heat of zones narrower than an element is spread over elements.
@@ -226,7 +228,7 @@ class Resolution:
         found = 0.0 if self.plan.hertzian else max(self.border, self.one_place)
         match kind:
             case "stick":
-                return max(self.border if self.sticking else 0.0, self.unseen)
+                return max(self.border + self.thin if self.sticking else 0.0, self.unseen)
             case "area":
                 return found + self.whole_row
             case "relative area":
@@ -244,6 +246,9 @@ class Resolution:
                 return self.narrow / min(1.0, max(self.slipping, 1.0 / self.elements)) + self.edge
             case "diffused":
                 return SPREAD * self.narrow
+            case "pressure":
+                # A border that is off by a share of its element moves load as low as the pressure there.
+                return self.one_place * 2.2 / self.elements
             case "diffused mean":
                 return SPREAD * self.narrow + found
             case "resultant" if self.derived.kinematics.slip_varies:
@@ -252,9 +257,8 @@ class Resolution:
                 return SPREAD * ((1.0 - self.sticking) * (self.narrow + border) + self.unseen + self.rim)
             case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
                 # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
-                conducted = self.border if kind == "exchanged heat" and self.derived.problem.heating.conducts else 0.0
-                return SPREAD * ((1.0 - self.sticking) * self.narrow + self.unseen**1.5 + self.rim) + conducted + (
-                    self.sticking * self.one_place)
+                slid = max(1.0 - self.sticking, self.hidden)
+                return SPREAD * (slid * self.narrow + self.unseen**1.5 + self.rim) + self.sticking * self.one_place
             case "expansion":
                 # Measured from the border of the contact, which is known to an element.
                 return 1.0 / self.elements
@@ -303,6 +307,20 @@ class Resolution:
         """Error of the width of a line contact whose pressure is found, over it: its borders lie at one place of their elements
         and err alike; 0 of others."""
         return AT_ONE_PLACE * 2.2 / self.elements if self.derived.problem.line and not self.plan.hertzian else 0.0
+
+    @property
+    def hidden(self) -> float:
+        """Share of a line contact that may slip behind what sticks in a zone narrower than an element: no more than it carries,
+        twice that of Carter's contact; 0 of others, in which few lines of rolling have such a zone."""
+        return min(1.0 / self.elements, self.carried) if self.derived.problem.line else 0.0
+
+    @property
+    def thin(self) -> float:
+        """Error of the share that sticks of a line contact by a zone of a few elements that sticks, or that slips: its border
+        lies at one place of an element; 0 of others."""
+        if not self.derived.problem.line:
+            return 0.0
+        return 1.0 / (self.elements * max(1.0, self.sticking * self.elements) ** 2) + self.hidden / max(1.0, self.slipping) ** 2
 
     @property
     def rim(self) -> float:
@@ -355,44 +373,6 @@ class Resolution:
         # What is lost in an element counts, too, which a border that is fitted does not know.
         unknown = max(1.0 - derived.relaxing.near_border(side, across).trust, 2.0 * derived.relaxing.felt(side)[1])
         return 2.2 / (math.pi * elements) * min(1.0, unknown)
-
-    @cached_property
-    def unseen(self) -> float:
-        """Share of the contact that may stick though no element of the grid does.
-
-        A place can only stick where the rigid slip is smaller than the gradient of the displacement that full sliding makes,
-        about the creepage of full slip, and for unlike bodies that of the pressure, |β| p0/E*. With spin, or differential slip,
-        that is a patch around the place without rigid slip. A creepage that is found is known up to its last change. An
-        interlayer sticks along the leading edge as well, a compliant one alone over a share 1/(1 + κ²), κ = ξ a/(L μ p0)."""
-        derived, levels = self.derived, self.levels
-        if not derived.kinematics.has_traction:
-            return 0.0
-        problem, scales, limits = derived.problem, derived.scales, np.full(2, derived.saturation_creepage)
-        if derived.hertz is not None:
-            lower, upper = problem.lower, problem.upper
-            constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
-            limits = np.array(full_slip_creepages(derived.hertz, problem.friction.coefficient, *constants))
-        limits += abs(derived.dundurs_beta) * scales.peak_pressure / problem.contact_modulus
-        last = levels[-1]
-        limits += [abs(last[name] - levels[-2][name]) if len(levels) > 1 else 0.0 for name in CREEPAGES]
-        # Places in the contact, evenly over the area of its ellipse: each stands for those up to a twentieth of an axis away.
-        radius, angle = np.meshgrid(np.sqrt((np.arange(64) + 0.5) / 64), 2.0 * np.pi * (np.arange(64) + 0.5) / 64)
-        x, y = scales.semi_axis_x * radius * np.cos(angle), scales.semi_axis_y * radius * np.sin(angle)
-        low, high = problem.geometry.limits
-        inside = (y + scales.centre > low) & (y + scales.centre < high)
-        x, y = x[inside], y[inside]
-        slip, nearer = (derived.kinematics.slip_at(x - np.copysign(part * scales.semi_axis_x, x), scales.centre + y
-                                                   - np.copysign(part * scales.semi_axis_y, y)) for part in (0.0, 0.05))
-        limits = limits[:, None] + np.abs(slip - nearer)
-        slip[0] += last["creepage_longitudinal"] - (problem.motion.creepage_x or 0.0)
-        slip[1] += last["creepage_lateral"] - (problem.motion.creepage_y or 0.0)
-        share = float(np.mean(np.hypot(*(slip / limits)) < 1.0))
-        # Slip turns around a place of the contact without rigid slip.
-        turns = bool(((slip.min(axis=1) < 0.0) & (slip.max(axis=1) > 0.0)).all())
-        patch = 0.0 if self.sticking else min(share, 1.0 / self.elements if turns else self.border)
-        full = derived.interlayer_shear / scales.semi_axis_x
-        strip = float(np.mean(full**2 / (full**2 + (slip**2).sum(axis=0)))) if full else 0.0
-        return max(patch, min(strip, 1.0 / self.elements) - self.sticking)
 
 
 def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:

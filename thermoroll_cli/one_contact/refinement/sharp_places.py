@@ -154,6 +154,31 @@ def uneven_friction(discretisation: Discretisation, contact: Contact) -> tuple[f
             float(moved.sum() / (normal.covered.sum() * grid.element_area)))
 
 
+def unseen_stick(discretisation: Discretisation, contact: Contact, sticking: float) -> float:
+    """Share of the contact that may stick beyond the share `sticking` that is seen: where that is 0, elements in which the slip
+    would vanish if it fell, towards one side, as it does between them and a neighbour, each by the part that is missing.
+
+    An interlayer sticks along the leading edge as well, a compliant one alone over a share 1/(1 + κ²) of it, with κ the slip
+    times the length of the contact over the displacement by which the interlayer shears."""
+    derived, inside = discretisation.derived, contact.normal.covered > 0.0
+    if not derived.kinematics.has_traction or not inside.any():
+        return 0.0
+    slip, size, patch = contact.tangential.slip, np.hypot(*contact.tangential.slip), 0.0
+    if not sticking:
+        change = np.zeros(inside.shape)
+        for axis in (0, 1):
+            one, other = (tuple(part if i == axis else slice(None) for i in (0, 1)) for part in (slice(1, None), slice(-1)))
+            step = np.hypot(*(slip[:, *one] - slip[:, *other])) * (inside[one] & inside[other])
+            for side in (one, other):
+                change[side] = np.maximum(change[side], step)
+        falls = inside & (size < change)
+        patch = float((1.0 - size[falls] / change[falls]).sum() / inside.sum())
+    full = derived.interlayer_shear / derived.scales.semi_axis_x
+    strip = float(np.mean(full**2 / (full**2 + size[inside] ** 2))) if full else 0.0
+    # No more than a line of elements across rolling.
+    return max(0.0, min(max(patch, strip), 1.0 / float(inside.sum(axis=0).max())) - sticking)
+
+
 def _narrow(
     geometry: ContactGeometry, discretisation: Discretisation, pressure: Array, covered: Array, unit: float
 ) -> Iterator[str]:

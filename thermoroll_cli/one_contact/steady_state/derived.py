@@ -122,18 +122,20 @@ class DerivedQuantities:
     @cached_property
     def saturation_creepage(self) -> float:
         """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
-        estimate, 3μW/(C G a b) with C ≈ 4, and what the interlayer adds), or a line contact does (Carter's μa/R, which is
-        2μp₀/E*): the scale of all creepages."""
-        across = self.shear_compliance.across
+        estimate, 3μW/(C G a b) with C ≈ 4, and what the interlayer adds), or a line contact does (Carter's μp₀ Σ(1−ν)/G, which
+        is μa/R): the scale of all creepages. Compliances of bodies with layers, or that relax, are those for waves as long as
+        the contact."""
+        scales, line = self.scales, self.problem.line
+        compliance = self.shear_compliance.along if line else self.shear_compliance.across
         if self.coatings is not None:
-            across = float(self.coatings.compliance(np.array([1.0 / self.scales.mean_radius]))["ss"][0])
+            compliance = float(self.coatings.compliance(np.array([1.0 / scales.mean_radius]))["tt" if line else "ss"][0])
         if self.relaxing is not None:
-            across *= self.relaxing.softening(self.scales.semi_axis_x)
-        modulus = 2.0 / across  # G of two equal bodies
-        shear = self.interlayer_shear / self.scales.semi_axis_x
-        if self.problem.line:
-            return 2.0 * self.problem.friction.coefficient * self.scales.peak_pressure / self.problem.contact_modulus + shear
-        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2) + shear
+            compliance *= self.relaxing.softening(scales.semi_axis_x)
+        shear = self.interlayer_shear / scales.semi_axis_x
+        if line:
+            return self.problem.friction.coefficient * scales.peak_pressure * compliance + shear
+        modulus = 2.0 / compliance  # G of two equal bodies
+        return 3.0 * self.problem.traction_limit / (4.0 * modulus * scales.mean_radius**2) + shear
 
     @property
     def interlayer_shear(self) -> float:
