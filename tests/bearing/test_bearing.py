@@ -361,6 +361,7 @@ def test_five_displacements_and_stiffness() -> None:
     ({"bearing__load__axial_displacement_um": 5.0}, "an axial displacement"),
     ({"bearing__load__inner_over_outer_K": 5.0}, "bearing.load.inner_over_outer_K"),
     ({"load__friction_coefficient": 0.0}, "without friction"),
+    ({"bearing__control": "outer", "bearing__cage": "common"}, "bearing.cage"),
     ({"load__normal_N": 10.0}, "cannot be given together with [bearing]"),
     ({"rolling__speed_m_s": 10.0}, "cannot be given together with [bearing]"),
 ])  # fmt: skip
@@ -368,6 +369,27 @@ def test_bearings_that_cannot_be(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(CaseError) as error:
         Case.from_dict(copy.deepcopy(case(**changes)))
     assert words in str(error.value)
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"bearing__balls": 1, "bearing__load__axial_N": 1000.0}, "90.0 degrees, where balls do not roll"),
+    pytest.param({"bearing__balls": 2, "bearing__load__moment_Nm": [0.0, 5.0]}, "the balls do not hold the inner ring",
+                 marks=pytest.mark.slow),
+    ({"bearing__inner_rpm": 1e6}, "degrees, where balls do not roll"),
+    ({"bearing__contact_angle_deg": 80.0}, "degrees, where balls do not roll"),
+    ({"bearing__load__axial_N": None, "bearing__load__axial_displacement_um": 300.0}, "no ball touches both rings"),
+])  # fmt: skip
+def test_bearings_that_nothing_holds_say_so(changes: dict[str, Any], words: str) -> None:
+    result = solve(case(**changes, numerics__grid=8))
+    assert not result.converged and words in result.reason
+
+
+@pytest.mark.slow
+def test_friction_may_rise_from_zero() -> None:
+    """A film that shears: friction without slip is 0, and above a slip of 0.05 m/s, as nearly everywhere here, constant."""
+    film = case(**FEW | {"load__friction_coefficient": 0.0}, friction={"law": "table", "table": [[0.0, 0.0], [1e-4, 0.05]]})
+    result, dry = solve(film), solve(case(**FEW))
+    assert result.converged and result["torque_Nmm"] == pytest.approx(dry["torque_Nmm"], rel=0.02)
 
 
 def test_a_run_has_files_and_pictures(tmp_path: Path) -> None:

@@ -84,14 +84,18 @@ def bearing_faults(sections: Mapping[str, Any], bearing: BearingTable) -> Iterat
                    f"{angle:.5g} degrees, not {bearing.contact_angle_deg:g}", "one of contact_angle_deg and clearance_um")
     if load.axial_displacement_um is None and not load.axial_N and not load.radial_N and not _acts(load.moment_Nm):
         yield ("bearing", "load"), "loads nothing", "axial_N, radial_N, moment_Nm or axial_displacement_um"
+    if bearing.cage == "common" and bearing.control != "tractions":
+        yield (("bearing", "cage"), '= "common" shares the forces of tractions out, which do not move balls with control = '
+               f'"{bearing.control}"', '"free", or control = "tractions"')  # fmt: skip
     material = sections.get("material")
     rings = getattr(material, "lower", material)
     if load.inner_over_outer_K and rings is not None and rings.expansion_um_mK is None:
         yield (("bearing", "load", "inner_over_outer_K"), "widens the inner ring, but its thermal expansion is not given",
                "0, or thermal constants in [material]")  # fmt: skip
-    friction = sections.get("load")
-    if bearing.control == "tractions" and bearing.inner_rpm != bearing.outer_rpm and friction is not None and (
-            friction.friction_coefficient == 0.0):
+    at_rest, law = sections.get("load"), sections.get("friction")
+    rises = law is not None and (law.limit_coefficient or any(coefficient for _, coefficient in law.table or ()))
+    if bearing.control == "tractions" and bearing.inner_rpm != bearing.outer_rpm and at_rest is not None and (
+            at_rest.friction_coefficient == 0.0 and not rises):
         yield (("load", "friction_coefficient"), "without friction no traction determines the axes of the balls",
                'above 0, or control = "outer" or "inner" in [bearing]')
 

@@ -24,6 +24,9 @@ SETTLED = 1e-11
 SINGULAR = 1e-10
 """Stiffness over the largest one that stands for none: that of balls that are free."""
 
+STEEPEST = math.radians(89.0)
+"""Largest contact angle of a ball that rolls."""
+
 
 @dataclass(frozen=True)
 class Placement:
@@ -76,7 +79,6 @@ def place(
     if problem.axial_displacement is not None:
         ring = np.array([problem.axial_displacement, *ring[1:]])
     count, reason, loaded = len(psi), "", np.ones((len(psi), 2), bool)
-    use = np.concatenate([free, np.ones(2 * count, bool)])
     angles = np.full((len(psi), 2), np.inf)
 
     def state(ring: Array, centre: Array) -> tuple[Array, Array]:
@@ -109,36 +111,37 @@ def place(
             turn = (loads / distance)[..., None, None]
             outer = unit[..., :, None] * unit[..., None, :]
             of_contacts = stiff[..., None, None] * outer + turn * (np.eye(2) - outer)
-            hessian = np.zeros((5 + 2 * count, 5 + 2 * count))
-            hessian[:5, :5] = np.einsum("jki,jkl,jlm->im", moves, of_contacts[:, 0], moves)
-            for j in range(count):
-                at = slice(5 + 2 * j, 7 + 2 * j)
-                hessian[at, at] = of_contacts[j].sum(axis=0)
-                hessian[:5, at] = -moves[j].T @ of_contacts[j, 0]
-                hessian[at, :5] = hessian[:5, at].T
-            hessian += SINGULAR * max(float(np.abs(hessian).max()), 1.0) * np.eye(len(hessian))
+            # Balls touch the rings alone: each is eliminated by itself, and leaves the stiffness of the inner ring.
+            of_ring, of_balls = np.einsum("jki,jkl,jlm->im", moves, of_contacts[:, 0], moves), of_contacts.sum(axis=1)
+            held = SINGULAR * max(float(np.abs(of_ring).max()), float(np.abs(of_balls).max()), 1.0)
+            soft_balls = np.linalg.inv(of_balls + held * np.eye(2))
+            carried = np.einsum("jki,jkl,jlm->jim", moves, of_contacts[:, 0], soft_balls)  # of a force on a ball, by the ring
+            stiffness = of_ring + held * np.eye(5) - np.einsum("jim,jmk,jkl->il", carried, of_contacts[:, 0], moves)
             if left <= BALANCED * max(largest, float(loads.max())):
                 break
-            step = np.zeros(len(hessian))
-            slope = np.concatenate([along, across.ravel()])
-            step[use] = -np.linalg.solve(hessian[np.ix_(use, use)], slope[use])
-            step *= min(1.0, 0.3 * float(lengths.min()) / max(float(np.abs(step).max()), 1e-300))
-            before, fall, share = energy(ring, centre, soft), float(slope @ step), 1.0
-            while share > 1e-12 and energy(ring + share * step[:5], centre + share * step[5:].reshape(-1, 2), soft) > (
+            way = np.zeros(5)
+            way[free] = -np.linalg.solve(stiffness[np.ix_(free, free)], (along + np.einsum("jim,jm->i", carried, across))[free])
+            ways = np.einsum("jim,i->jm", carried, way) - np.einsum("jkl,jl->jk", soft_balls, across)
+            share = min(1.0, 0.3 * float(lengths.min()) / max(float(np.abs(way).max()), float(np.abs(ways).max()), 1e-300))
+            before, fall = energy(ring, centre, soft), float(along @ way + (across * ways).sum())
+            while share > 1e-12 and energy(ring + share * way, centre + share * ways, soft) > (
                     before + 1e-4 * share * fall + 1e-14 * abs(before)):
                 share *= 0.5
-            ring, centre = ring + share * step[:5], centre + share * step[5:].reshape(-1, 2)
+            ring, centre = ring + share * way, centre + share * ways
     if left > 1e-6 * max(largest, float(loads.max())):
-        reason = f"the loads are not in balance: {left / largest:.1e} of the largest force is left over"
-    ours, balls = slice(0, 5), slice(5, None)
-    stiffness = hessian[ours, ours] - hessian[ours, balls] @ np.linalg.solve(hessian[balls, balls], hessian[balls, ours])
-    forces = np.zeros((5 + 2 * count, count, 4))
-    forces[balls, :, :2] = np.eye(2 * count).reshape(2 * count, count, 2)
-    forces[ours, :, 2:] = np.moveaxis(moves, 2, 0)
-    moved = np.zeros_like(forces)
-    moved[use] = np.linalg.solve(hessian[np.ix_(use, use)], forces[use].reshape(int(use.sum()), -1)).reshape(-1, count, 4)
-    of_centres = moved[balls].reshape(count, 2, count, 4)
-    apart = np.stack([np.einsum("jki,ibf->jkbf", moves, moved[ours]) - of_centres, of_centres], axis=1)
+        reason = (f"the balls do not hold the inner ring: {left / largest:.1e} of the largest force is left over; more balls, "
+                  "or a ring that is held straight, without moment_Nm, hold it")
+    elif (steep := float(np.abs(angles[loaded]).max(initial=0.0))) > STEEPEST:
+        reason = (f"the contact angle is {math.degrees(steep):.1f} degrees, where balls do not roll: more balls, radial load, "
+                  "less speed or less widening hold the inner ring radially")
+    # How the ring, and with it each ball, moves for forces on any ball, (…, 2), and for those that it passes on, (…, 2).
+    on_any = np.concatenate([np.moveaxis(carried, 0, 1), np.moveaxis(moves, 2, 0)], axis=-1)
+    moved = np.zeros((5, count, 4))
+    own = stiffness[np.ix_(free, free)]
+    moved[free] = np.linalg.solve(own, on_any[free].reshape(len(own), -1)).reshape(-1, count, 4)
+    of_centres = np.einsum("jim,ibf->jmbf", carried, moved)
+    of_centres[range(count), :, range(count), :2] += soft_balls
+    apart = np.stack([np.einsum("jki,ibf->jkbf", moves, moved) - of_centres, of_centres], axis=1)
     turned = (between[..., 1, None, None] * apart[:, :, 0] - between[..., 0, None, None] * apart[:, :, 1]) / (
         distance[..., None, None] ** 2)
     return Placement(ring / scale, centre, loads, angles, stiffness * np.outer(scale, scale), turned, reason)

@@ -140,7 +140,7 @@ class BearingSearch:
                 self.problem.race_control(np.zeros(2), ring)[0])
             before, self.cage = self.cage, np.where(np.isnan(speeds), mean, speeds)
             self.placement = self._placed()
-            if np.abs(self.cage - before).max() <= 1e-11 * np.abs(self.cage).max():
+            if (reason := self.placement.reason) or np.abs(self.cage - before).max() <= 1e-11 * np.abs(self.cage).max():
                 break
         self._gather()
         contact = self.problem.contact
@@ -151,7 +151,7 @@ class BearingSearch:
             contact, friction=replace(contact.friction, coefficient=0.0, law=None), motion=Motion(1.0, differential_slip=False),
             heating=replace(contact.heating, heat=False, deformation=False))
         for ball in self.balls:
-            if not ball.loaded:
+            if not ball.loaded or self.placement.reason:
                 ball.contacts = {}
                 continue
             # From nothing, so that it is the result of the same contact alone.
@@ -438,7 +438,7 @@ class BearingSearch:
             self.rounds += 1
             loaded, last = [ball for ball in self.balls if ball.loaded], None
             if not loaded:
-                return "no ball touches both rings"
+                return "no ball touches both rings: more load, or a displacement beyond the play, presses them"
             # The friction of every ball moves the ring: all of them get closer together.
             wanted = tolerance if len(loaded) == 1 else max(0.5 * tolerance, 0.05 * left)
             for ball in loaded:
@@ -484,7 +484,8 @@ class BearingSearch:
             return (f"{name}: no axis was found, {left:.1e} of the friction limit are left over; its gyroscopic moment of "
                     f"{1e3 * gyroscopic:.3g} N mm is near what friction holds, {1e3 * of_tractions:.3g} N mm: more load, more "
                     "friction or less speed keeps it")
-        return f"{name}: the tractions of its contacts do not balance, {left:.1e} of the friction limit are left over"
+        finer = "; on a finer numerics.grid they change more smoothly" if left < NEARLY else ""
+        return f"{name}: the tractions of its contacts do not balance, {left:.1e} of the friction limit are left over{finer}"
 
     def _first(self, ball: Ball, contact: Problem, tolerance: float) -> None:
         """A ball in balance from nothing: from the start that leaves least of its conditions, or, if that fails, the next."""
