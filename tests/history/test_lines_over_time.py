@@ -141,7 +141,7 @@ CASE: dict[str, Any] = {
 
 def test_a_case_writes_rows_fields_and_pictures(tmp_path: Path) -> None:
     (tmp_path / "teeth.toml").write_text(Case.from_dict(CASE).to_toml())
-    done = call("run", "teeth.toml", "-o", "out", cwd=tmp_path)
+    done = call("run", "teeth.toml", "-o", "out", "--plots", "summary", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     with (tmp_path / "out" / "teeth_history.csv").open() as file:
         rows = list(csv.DictReader(file))

@@ -112,7 +112,7 @@ def test_slip_narrower_than_an_element_is_covered() -> None:
 
 def test_a_cycle_of_the_force() -> None:
     """Johnson, Contact Mechanics, Sec. 7.4: the energy of a loop; the second one repeats the first."""
-    q, steps = 0.7, 8
+    q, steps = 0.7, 6
     force = q * MU * WEIGHT
     moments = history(ball(32, force=(0.0, None), speed=0.0), (0.0, 1.0, 3.0, 5.0, 7.0, 9.0),
                       {"force.longitudinal_N": (0.0, force, -force, force, -force, force)}, by_distance=False, begin="pressed",
@@ -263,12 +263,12 @@ def test_loads_that_change() -> None:
     """Elements and steps halved: the forces agree with those of the finer ones to second order."""
     wave = 1.0 + 0.3 * np.sin(2.0 * math.pi * np.linspace(0.0, 14e-3, 57) / 7e-3)
     found = []
-    for n, steps in ((16, 28), (32, 56)):
+    for n, steps in ((12, 14), (24, 28)):
         moments = history(ball(n), np.linspace(0.0, 14e-3, 57), {"load.normal_N": WEIGHT * wave, ALONG: [0.0015] * 57},
                           rows=np.linspace(0.0, 14e-3, steps + 1))
         assert column(moments, "normal_N") == pytest.approx(WEIGHT * wave[:: 56 // steps])
-        found.append(forces(moments)[:: steps // 28, 0])
-    assert np.abs(found[1] - found[0]).max() < 1.2e-2 * MU * WEIGHT
+        found.append(forces(moments)[:: steps // 14, 0])
+    assert np.abs(found[1] - found[0]).max() < 2.5e-2 * MU * WEIGHT
     by_approach = history(ball(16), (0.0, 7e-3), {"load.approach_um": (70.0, 90.0), ALONG: (0.0015, 0.0015)},
                           rows=np.linspace(0.0, 7e-3, 5))
     assert column(by_approach, "normal_N") == pytest.approx(

@@ -92,18 +92,19 @@ class Course:
 
     def at(self, key: str, places: Array, *, after: bool = False) -> Array:
         """Values of `key` in its unit at `places`; at a jump those before it, or `after` it."""
-        known, given = np.array(self.places), np.array(self.values[key])
+        known, given = self._arrays[0], self._arrays[1][key]
         if after:
-            return self._from_left(-known[::-1], given[::-1], -places)
-        return self._from_left(known, given, places)
-
-    @staticmethod
-    def _from_left(known: Array, given: Array, places: Array) -> Array:
-        """Linear interpolation that takes the first of several values at one place."""
+            known, given, places = -known[::-1], given[::-1], -places
+        # Linear interpolation that takes the first of several values at one place.
         right = np.clip(np.searchsorted(known, places, side="left"), 1, len(known) - 1)
         width = known[right] - known[right - 1]
         share = np.where(width > 0.0, (places - known[right - 1]) / np.where(width > 0.0, width, 1.0), 0.0)
         return np.asarray(given[right - 1] + np.clip(share, 0.0, 1.0) * (given[right] - given[right - 1]))
+
+    @cached_property
+    def _arrays(self) -> tuple[Array, dict[str, Array]]:
+        """`places` and `values`: records have tens of thousands."""
+        return np.array(self.places), {key: np.array(given) for key, given in self.values.items()}
 
 
 @dataclass(frozen=True)
