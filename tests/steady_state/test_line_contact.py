@@ -13,6 +13,7 @@ from scipy.special import k0e
 from tests.support.problems import MECHANICAL, elastic
 from thermoroll_cli.exact.hertz import line_contact
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
+from thermoroll_cli.one_contact.refinement.plan import grid_sequence
 from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
@@ -297,6 +298,12 @@ def test_shear_and_heat_below_the_surface() -> None:
     # Archard: κ ∫ p |s|/V dx, here κ times the load times the creepage.
     assert hot["wear_depth_max_lower_nm"] == pytest.approx(1e9 * 1e-15 * 2e5 * 0.2, rel=1e-4)
     assert hot["wear_rate_lower_mm2_m"] == pytest.approx(1e6 * 1e-15 * 2e5 * 0.2, rel=1e-4)
+
+
+def test_only_the_grids_of_estimates_are_solved() -> None:
+    """Where none is asked for, the first one is coarse."""
+    assert grid_sequence(at_share(0.5, 512)) == ((128, 1), (256, 1), (512, 1))
+    assert grid_sequence(replace(at_share(0.5), numerics=Numerics(None, 1e-3)))[0] == (16, 1)
 
 
 def test_areas_are_per_length() -> None:

@@ -153,14 +153,16 @@ def leaves_out_deformation(problem: Problem) -> bool | None:
 
 def grid_sequence(problem: Problem, *, alone: bool = False) -> tuple[tuple[int, int], ...]:
     """Grids from coarse to fine, each side doubled (rounded): from about `COARSEST` elements, from twice as
-    many if three grids are left without it. If the shorter side cannot be halved again, the longer one is halved alone: such
+    many if three grids are left without it; of a line contact whose grid is given the last three. If the shorter side cannot be halved again, the longer one is halved alone: such
     grids give starts, and only those from `first_of_both` on give error estimates."""
     wish = problem.numerics.grid or (FINEST_FOR_ACCURACY, FINEST_FOR_ACCURACY)
     if problem.line:
         wish = (problem.numerics.grid or (FINEST_LINE, 1))[0], 1
     coarsest = COARSEST if min(n for n in wish if n > 1) < 8 * COARSEST else 2 * COARSEST
     grids = [wish]
-    while not alone and max(grids[0]) >= 2 * coarsest:
+    # The time of a line contact is that of its calls, the same on every grid: those of the estimates are enough.
+    most = 3 if problem.line and problem.numerics.grid else math.inf
+    while not alone and max(grids[0]) >= 2 * coarsest and len(grids) < most:
         nx, ny = (n if n < 2 * coarsest else (n + 1) // 2 for n in grids[0])
         grids.insert(0, (nx, ny))
     return tuple(grids)

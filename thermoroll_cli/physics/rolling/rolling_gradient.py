@@ -4,6 +4,7 @@ bounding box."""
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -249,7 +250,7 @@ class RollingGradient:
 
     @cached_property
     def _shear(self) -> FreeShear | MirroredShear:
-        coupled = self.compliance.coupled
+        coupled = self.compliance.coupled and math.isfinite(self.dy)
         if self.mirror is not None:
             return MirroredShear(self.shape, self._symbols, self._padded, self.mirror, MARGIN, coupled=coupled)
         return FreeShear(self.shape, self._symbols, self._padded, MARGIN, coupled=coupled, threads=self._threads)
