@@ -153,8 +153,9 @@ def leaves_out_deformation(problem: Problem) -> bool | None:
 
 def grid_sequence(problem: Problem, *, alone: bool = False) -> tuple[tuple[int, int], ...]:
     """Grids from coarse to fine, each side doubled (rounded): from about `COARSEST` elements, from twice as
-    many if three grids are left without it; of a line contact whose grid is given the last three. If the shorter side cannot be halved again, the longer one is halved alone: such
-    grids give starts, and only those from `first_of_both` on give error estimates."""
+    many if three grids are left without it; of a line contact whose grid is given the last three. If the shorter side cannot be
+    halved again, the longer one is halved alone: such grids give starts, and only those from `first_of_both` on give error
+    estimates."""
     wish = problem.numerics.grid or (FINEST_FOR_ACCURACY, FINEST_FOR_ACCURACY)
     if problem.line:
         wish = (problem.numerics.grid or (FINEST_LINE, 1))[0], 1
