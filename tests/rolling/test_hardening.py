@@ -15,6 +15,7 @@ from thermoroll_cli.many_contacts.history.course import Course, History
 from thermoroll_cli.many_contacts.history.steps import Steps
 from thermoroll_cli.one_contact.refinement.solve import solve as solve_problem
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.rolling import rolling_solver
 from thermoroll_cli.physics.rolling.hardening import Hardening
 from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.problem import Problem
@@ -118,6 +119,12 @@ def test_a_line_contact_has_the_force_of_contact(hardening: float, expected: flo
     """CONTACT's cases carter_plast on elements of 80, 40 and 20 µm, extrapolated: N for a length of 200 mm."""
     result = solve(Case.parse(CARTER.format(hardening)))
     assert result.converged and 200.0 * result["force_x_N_mm"] == pytest.approx(expected, rel=2e-3)
+
+
+def test_the_end_of_what_yields_may_move_over_all_elements(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By one per Newton step: more steps than usual are allowed."""
+    monkeypatch.setattr(rolling_solver, "MOST_NEWTON_STEPS", 6)
+    assert solve(Case.parse(CARTER.format(4018.0).replace("grid = 64", "grid = 16"))).converged
 
 
 def moments(problem: Problem, places: tuple[float, ...], steps: int, begin: object = "steady") -> list:

@@ -201,7 +201,9 @@ class RollingSolver:
         history.append(state.norm)
         forcing = min(LOOSEST_FORCING, max(FIRST_SHARE * state.norm**2, 0.5 * tolerance / max(state.norm, tolerance)))
         best, looked = state, False
-        for step in range(MOST_NEWTON_STEPS):
+        # Where an interlayer hardens, the end of what yields moves on by an element per step.
+        hardens = isinstance(newton.problem.slip_friction, Hardening)
+        for step in range(max(MOST_NEWTON_STEPS, self.gradient.shape[0] if hardens else 0)):
             if state.norm <= tolerance or not np.isfinite(state.norm):
                 break
             if step:
