@@ -446,10 +446,11 @@ def _history(sections: Sections, history: HistoryTable) -> Iterator[Conflict]:
     heated = heat_is_on(sections)
     for path, material in _materials(sections):
         if any(one.relaxation or one.relaxation_file for one in (material, *(material.layers or ()))):
-            yield Conflict((*path, "relaxation"), "is not computed over time", "elastic bodies", at_key=True)
+            yield Conflict((*path, "relaxation"), "is not computed over time: what relaxes remembers its pressure, too",
+                           "elastic bodies", at_key=True)
         if heated and material.layers:
-            yield Conflict((*path, "layers"), "have no heat over time", "heat = false in [thermal], or no coatings",
-                           at_key=True)
+            yield Conflict((*path, "layers"), "have no heat over time: their tables are those of a steady flow",
+                           "heat = false in [thermal], or no coatings", at_key=True)
     if not heated:
         return
     thermal = sections["thermal"] or model.ThermalTable()

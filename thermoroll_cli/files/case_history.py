@@ -20,8 +20,12 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 
 MOST_PLACES = 100000
-REFUSED = ("track", "wheelset", "bearing", "subsurface", "strength", "wear", "thermal.lower", "thermal.upper")
-"""Tables and keys that are not computed over time."""
+RETURNING = ("heat that recirculates comes back a revolution later, and a history does not tell the revolutions before it",
+             "without it; thermal.bulk_temperature_lower_K is how warm the body enters, and history.values may change it")
+REFUSED = {**dict.fromkeys(("track", "wheelset", "bearing", "subsurface", "strength", "wear"), (
+    "is not computed over time", "a case without it, or without [history]")),
+    "thermal.lower": RETURNING, "thermal.upper": RETURNING}
+"""Tables and keys that are not computed over time, with the reason and what is allowed."""
 LARGEST = 1e15
 """Magnitude of any value."""
 LEAST = {"load.normal_N": 1e-15, "load.normal_N_mm": 1e-15, "load.approach_um": 1e-9, "load.friction_coefficient": 1e-9,
@@ -56,12 +60,12 @@ class HistoryTable(Table):
 
 def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
     """What is wrong with a history, and the keys that do not go with one."""
-    for key in REFUSED:
+    for key, (why, allowed) in REFUSED.items():
         table, _, inner = key.partition(".")
         given = sections.get(table)
         given = getattr(given, inner, None) if inner and given is not None else given
         if given:
-            yield tuple(key.split(".")), "is not computed over time", "a case without it, or without [history]"
+            yield tuple(key.split(".")), why, allowed
     if history.begin and history.begin not in STATES and not history.begin.endswith(".h5"):
         yield ("history", "begin"), "is no state to begin with", BEGIN.words
     if (history.distance_mm is None) == (history.time_s is None):

@@ -26,12 +26,14 @@ FEW = 6
 """Steps below which errors are doubtful."""
 OF_BEGINNING, OF_STEP = 50, 14
 """Applications of the steady state at the beginning and of a step, as measured on 16 to 64 elements."""
-STEP_SECONDS, TABLE_SECONDS, EXPANSION_SECONDS = 7e-3, 4e-4, 6e-3
+STEP_SECONDS, TABLE_SECONDS, EXPANSION_SECONDS = 7e-3, 1e-4, 5e-4
 """Seconds of a step besides its applications, and of a table of temperatures and of thermal expansion over time."""
+FELT = 8.0
+"""Half-lengths of the contact over which heat is carried on a grid until it has left it."""
 FIELDS = 60
 """Padded fields of the solvers on a grid."""
-NEW_TABLES = 4
-"""Ages of heat whose tables are new in a step of equal ones."""
+NEW_TABLES = 6
+"""Ages of heat whose tables are new in a step of equal ones; that of all heat before the history takes as long as five."""
 
 Runs = tuple[tuple[int, int], list[Array]]
 """A grid, and the places of the steps of each run on it."""
@@ -114,7 +116,10 @@ def plan_of(history: History) -> HistoryPlan:
     check(history)
     grids = [(shape, [len(history.with_stops(places)) - 1 for places in runs]) for shape, runs in grids_of(history)]
     (nx, ny), counts = grids[-1]
-    past = _past(history, (nx, ny), max(counts))
+    # Transforms of the heat of all steps, and of the tables of their ages, half of which differ from those of the last step.
+    tables, _ = _effects(history)
+    exchanged = history.problem.heating.partition == "matched"
+    past = (2 + exchanged + tables + tables // 2) * max(counts) * 32 * nx * (ny + 1) if tables else 0
     applications, seconds = zip(*(_cost(history, shape, count) for shape, counts in grids for count in counts), strict=True)
     return HistoryPlan(grids, sum(applications), 8 * 4 * nx * ny * FIELDS + past, past, sum(seconds))
 
@@ -128,14 +133,6 @@ def _effects(history: History) -> tuple[int, bool]:
     return 6 if hot else 4, hot
 
 
-def _past(history: History, shape: tuple[int, int], steps: int) -> int:
-    """Bytes of the transforms of the heat of all steps, and of the tables of their ages, half of which differ from those of the
-    last step."""
-    tables, _ = _effects(history)
-    exchanged = history.problem.heating.partition == "matched"
-    return (2 + exchanged + tables + tables // 2) * steps * 32 * shape[0] * (shape[1] + 1) if tables else 0
-
-
 def _cost(history: History, shape: tuple[int, int], steps: int) -> tuple[int, float]:
     """Applications and seconds of one run; transforms take the time that they do in the plan of a contact."""
     padded, (tables, hot) = 4 * shape[0] * shape[1], _effects(history)
@@ -144,5 +141,10 @@ def _cost(history: History, shape: tuple[int, int], steps: int) -> tuple[int, fl
     seconds = applications * 4 * padded * math.log2(padded) * 4e-10 + steps * STEP_SECONDS * iterations
     if tables:
         ages = 0.5 * steps if SPEED in history.course.values else NEW_TABLES
-        seconds += 2 * steps * ages * (2 * TABLE_SECONDS + hot * EXPANSION_SECONDS) + 0.5 * steps**2 * tables * padded * 5e-9
+        seconds += 2 * steps * ages * (2 * TABLE_SECONDS + hot * EXPANSION_SECONDS)
+        # Temperatures are felt until the heat has left the grid.
+        rolled = float(np.ptp(history.clock(history.course.rows)[1]))
+        felt = steps if hot or not rolled else min(steps, FELT * DerivedQuantities(history.largest).scales.semi_axis_x
+                                                   / rolled * steps)
+        seconds += 0.5 * steps * felt * tables * padded * 5e-9
     return applications, seconds

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from thermoroll_cli.physics.halfspace.thermal import GAUSSIAN_CUTOFF
 from thermoroll_cli.physics.halfspace.thermal_lags import Effect, Interval, interval_tables
 from thermoroll_cli.physics.heat.frictional_heat import Before
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
@@ -70,6 +71,7 @@ class HeatMemory:
         self.convolution = Convolution(*grid.shape)
         self._ever: tuple[HeatedBody, HeatedBody] | None = None
         self._released: list[_Released] = []
+        self._places = np.zeros((0, 5))
         self._kept: tuple[dict[tuple[object, ...], Kernels], dict[Interval, Array]] = {}, {}
 
     def add(self, heat: DividedHeat, end: End, ever: tuple[HeatedBody, HeatedBody] | None = None) -> None:
@@ -80,6 +82,7 @@ class HeatMemory:
         flux, slope = (self.convolution.forward(field) for field in (heat.total, heat.slope))
         exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
         self._released.append(_Released(end, flux, slope, exchanged, heat.share))
+        self._places = np.vstack([self._places, _row(end)])
 
     def step(self, now: End) -> tuple[Before, StepResponse]:
         """What all heat remembered does at the end of the next step, and the response to the heat of that step."""
@@ -89,11 +92,10 @@ class HeatMemory:
         expansion, product = np.zeros_like(self._released[0].flux), np.empty_like(self._released[0].flux)
         known, self._kept = self._kept, ({}, {})
         for i, (body, (along, across)) in enumerate(zip(self.bodies, speeds.tolist(), strict=True)):
-            total, *remembered = np.zeros_like(expansion), *self._kernels(i, now, *known)
-            own.append((replace(body, speed_x=along, speed_y=across), remembered.pop()))
-            for released, kernels in zip(self._released, remembered, strict=True):
-                if kernels is None:
-                    continue
+            total, remembered = np.zeros_like(expansion), self._kernels(i, now, *known)
+            own.append((replace(body, speed_x=along, speed_y=across), remembered.pop(len(self._released), None)))
+            for j, kernels in remembered.items():
+                released = self._released[j]
                 share, sign = (released.share, 1.0) if i == 0 else (1.0 - released.share, -1.0)
                 flux = share * released.flux
                 if released.exchanged is not None:
@@ -110,19 +112,34 @@ class HeatMemory:
 
     def _kernels(
         self, i: int, now: End, known: dict[tuple[object, ...], Kernels], tables: dict[Interval, Array]
-    ) -> list[Kernels]:
-        """Kernels of body `i` for the heat at the end of each step, the one that ends `now` included. Those `known` are not
-        computed again, nor those from `tables` that are.
+    ) -> dict[int, Spectrum]:
+        """Kernels of body `i` for the heat at the ends of steps, by their numbers, the one that ends `now` included, as far as
+        it is felt. Those `known` are not computed again, nor those from `tables` that are.
 
         The heat at an end rises to its value during the step before, or is constant there, and falls during the one after it,
         but where that one is constant. Before the first end is all time before, or nothing."""
-        ends, body, grid = [*(released.end for released in self._released), now], self.bodies[i], self.grid
-        ages = _rounded_ages((now.time - np.array([end.time for end in ends])) * (body.diffusivity / grid.dx**2))
-        drifts = _rounded_drifts((np.array(now.moved[i]) - np.array([end.moved[i] for end in ends])) / grid.dx)
+        body, grid, last, aspect = self.bodies[i], self.grid, len(self._released), self.grid.dy / self.grid.dx
+        since = _row(now) - np.vstack([self._places, _row(now)])
+        ages = _rounded_ages(since[:, 0] * (body.diffusivity / grid.dx**2))
+        drifts = _rounded_drifts(since[:, 1 + 2 * i : 3 + 2 * i] / grid.dx)
         before = None if self._ever is None else (
             self._ever[i].speed_x * grid.dx / body.diffusivity, self._ever[i].speed_y * grid.dx / body.diffusivity)
-        aslant = bool(drifts[:, 1].any() or (before and before[1]))
-        states, last = np.column_stack([ages, drifts]), len(ends) - 1
+        aslant, states = bool(drifts[:, 1].any() or (before and before[1])), np.column_stack([ages, drifts])
+        felt = np.arange(last + 1)
+        if EXPANSION >= len(self._effects):
+            # Expansion is felt everywhere, temperature where the Gaussians reach between the ends before and after.
+            around = np.stack([drifts[np.clip(felt + step, 0, last)] for step in (-1, 0, 1)])
+            spread = 2.0 * GAUSSIAN_CUTOFF * np.sqrt(ages[np.maximum(felt - 1, 0)])
+            gone = np.zeros(last + 1, dtype=bool)
+            for axis, (count, length) in enumerate(zip(grid.shape, (1.0, aspect), strict=True)):
+                if math.isfinite(length):
+                    reach = (count - 0.5) * length + spread
+                    gone |= (around[:, :, axis].min(axis=0) > reach) | (around[:, :, axis].max(axis=0) < -reach)
+            gone[0] &= before is None
+            felt = felt[~gone]
+
+        def constant(j: int) -> bool:
+            return now.constant if j == last else self._released[j].end.constant
 
         def interval(j: int) -> Interval | None:
             """The step that ends with the end `j`, as seen now."""
@@ -130,32 +147,38 @@ class HeatMemory:
             peclet = ((drifts[j - 1] - drifts[j]) / (oldest - newest or 1.0)).tolist() if j else before
             return None if peclet is None else Interval(newest, oldest, (drift[0], drift[1]), (peclet[0], peclet[1]))
 
-        kernels, (kept, kept_tables) = list[Kernels](), self._kept
+        kernels, (kept, kept_tables) = dict[int, Spectrum](), self._kept
         some = max(1, TOGETHER // (grid.nx * grid.ny))
-        for first in range(0, len(ends), some):
-            keys, parts = list[tuple[object, ...]](), dict[tuple[object, ...], tuple[Interval | None, bool, Interval | None]]()
-            for j in range(first, min(first + some, len(ends))):
-                constant, goes_on = ends[j].constant, j < last and not ends[j + 1].constant
-                keys.append((constant, goes_on, states[max(j - 1, 0) : j + 2].tobytes(), bool(j) or before))
-                if keys[-1] in known:
-                    kept[keys[-1]] = known[keys[-1]]
-                elif keys[-1] not in kept:
-                    parts[keys[-1]] = interval(j), constant, interval(j + 1) if goes_on else None
+        for first in range(0, len(felt), some):
+            keys, key = dict[int, tuple[object, ...]](), tuple[object, ...]()
+            parts = dict[tuple[object, ...], tuple[Interval | None, bool, Interval | None]]()
+            for j in felt[first : first + some].tolist():
+                goes_on = j < last and not constant(j + 1)
+                keys[j] = key = (constant(j), goes_on, states[max(j - 1, 0) : j + 2].tobytes(), bool(j) or before)
+                if key in known:
+                    kept[key] = known[key]
+                elif key not in kept:
+                    parts[key] = interval(j), constant(j), interval(j + 1) if goes_on else None
             needed = list(dict.fromkeys(each for part in parts.values() for each in part[::2] if isinstance(each, Interval)))
             found = {each: tables[each] for each in needed if each in tables}
             new = [each for each in needed if each not in tables]
-            found |= zip(new, interval_tables(self._effects, grid.nx, grid.ny, grid.dy / grid.dx, new), strict=True)
-            for key, (rises, constant, falls) in parts.items():
+            found |= zip(new, interval_tables(self._effects, grid.nx, grid.ny, aspect, new), strict=True)
+            for key, (rises, steadily, falls) in parts.items():
                 table = np.zeros((len(self._effects), 2 * grid.nx - 1, 2 * grid.ny - 1))
                 if rises is not None:
-                    table += found[rises].sum(axis=0) if constant else found[rises][0]
+                    table += found[rises].sum(axis=0) if steadily else found[rises][0]
                 if falls is not None:
                     table += found[falls][1]
                 kept[key] = None if not table.any() else self.convolution.spectrum(table) if aslant else half_plane_symbol(
                     table[..., grid.ny - 1 :], (self.convolution.px, self.convolution.py))
             kept_tables |= {each: found[each] for each in needed[: max(0, TABLES - len(kept_tables))]}
-            kernels += [kept[key] for key in keys]
+            kernels |= {j: kernel for j, key in keys.items() if (kernel := kept[key]) is not None}
         return kernels
+
+
+def _row(end: End) -> Array:
+    """Time and places of an end, (5,)."""
+    return np.array([end.time, *end.moved[0], *end.moved[1]])
 
 
 def _rounded_ages(ages: Array) -> Array:
