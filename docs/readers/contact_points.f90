@@ -3,39 +3,26 @@
 program contact_points
   use, intrinsic :: ieee_arithmetic
   implicit none
-  integer, parameter :: columns = 13
-  character(len=1024) :: path, side, word, line
-  character(len=64) :: cell(columns)
-  real(8) :: shift, row(columns), before(columns), part
-  integer :: k, unit, status
-  logical :: known = .false.
+  character(len=1024) :: path, side, word, line, name
+  real(8) :: shift, row(13), before(13)
+  integer :: unit, status
   call get_command_argument(1, path)
   call get_command_argument(2, side)
   call get_command_argument(3, word)
   read (word, *) shift
+  before = ieee_value(shift, ieee_quiet_nan)
   open (newunit=unit, file=trim(path), status='old', action='read')
   read (unit, '(a)') line
   do
     read (unit, '(a)', iostat=status) line
-    if (status /= 0) exit
-    do k = 1, columns
-      status = index(trim(line)//',', ',')
-      cell(k) = line(:status - 1)
-      line = line(status + 1:)
-    end do
-    if (trim(cell(2)) /= trim(side)) cycle
+    if (status /= 0) error stop 'the shift is beyond the table'
     row = ieee_value(shift, ieee_quiet_nan)
-    do k = 1, columns
-      if (k /= 2 .and. len_trim(cell(k)) > 0) read (cell(k), *) row(k)
-    end do
-    if (known .and. row(1) >= shift) then
-      part = (shift - before(1))/(row(1) - before(1))
-      row = (1 - part)*before + part*row
-      write (*, '(11(es16.8))') row(3:)
-      stop
-    end if
+    read (line, *) row(1), name             ! an empty cell leaves its NaN, and / ends the row
+    if (name /= side) cycle
+    line = trim(line)//'/'
+    read (line, *) row(1), name, row(3:)
+    if (row(1) >= shift .and. .not. ieee_is_nan(before(1))) exit
     before = row
-    known = .true.
   end do
-  stop 'the shift is beyond the table'
+  write (*, '(11(es16.8))') before(3:) + (shift - before(1))/(row(1) - before(1))*(row(3:) - before(3:))
 end program contact_points

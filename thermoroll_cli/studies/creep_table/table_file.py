@@ -173,8 +173,10 @@ def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:
     rows: list[list[str]] = []
     for values, ratio in zip(table.values, axes.aspect_ratios, strict=True):
         per = np.array(scales(creepage_coefficients(ratio, table.poisson_ratio)))
-        columns = [np.full(axes.shape, ratio), *(scaled / per[:, None, None, None]), *places, *values]
+        constant = [np.full(axes.shape, number) for number in (ratio, *per)]
+        columns = [constant[0], *(scaled / per[:, None, None, None]), *places, *constant[1:], *values]
         rows += [["" if math.isnan(cell) else f"{cell:.7g}" for cell in cells]
                  for cells in np.stack(columns, axis=-1).reshape(-1, len(columns))]
-    header = ["aspect_ratio", "xi", "eta", "phi", "magnitude", "alpha_deg", "beta_deg", *QUANTITIES]
+    header = ["aspect_ratio", "xi", "eta", "phi", "magnitude", "alpha_deg", "beta_deg", "magnitude_per_xi",
+              "magnitude_per_eta", "magnitude_per_phi", *QUANTITIES]  # fmt: skip
     write_rows(path, header, rows)
