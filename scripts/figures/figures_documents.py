@@ -3,24 +3,29 @@ result), between `<!-- table NAME -->` and `<!-- end -->`, and the output of the
 
     python -m scripts.figures.figures_documents
 
-puts what is declared into docs/.
+puts what is declared into docs/, and the table of claims into the README from the numbers that were measured last
+(docs/figures/numbers.json, scripts/benchmark/results.json).
 """
 
 from __future__ import annotations
 
+import json
 import os
 import pathlib
 import re
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from scripts.benchmark.contact import ratios
 from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 
+ROOT = pathlib.Path(__file__).parents[2]
 PLACE = re.compile(r"(<!-- table (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 MINUS = re.compile(r"(?<![\w.])-(?=\d)")
 """A sign before a number, but not that of an exponent."""
@@ -29,8 +34,8 @@ MINUS = re.compile(r"(?<![\w.])-(?=\d)")
 def fill(folder: pathlib.Path, numbers: dict[str, Any]) -> None:
     """Write table `numbers[FIGURE][TABLE]` at each place `<!-- table FIGURE TABLE -->` in the documents of `folder`.
 
-    Places whose table has not been measured stay as they are."""
-    for path in sorted(folder.glob("*.md")):
+    The README beside the folder has places, too. Places whose table has not been measured stay as they are."""
+    for path in (*sorted(folder.glob("*.md")), *folder.parent.glob("README.md")):
         text = path.read_text(encoding="utf-8")
         filled = PLACE.sub(lambda place: _filled(place, numbers), text)
         if filled != text:
@@ -86,6 +91,33 @@ def declared() -> dict[str, dict[str, Any]]:
         "fields": _table_of("field | unit | meaning", _merged((f.name, f.unit, f.meaning) for f in FIELDS.values())),
         "scalars": _table_of("scalar | meaning", _merged((s.name, s.meaning) for s in ALL_SCALARS.values())),
     }
+
+
+def claims() -> dict[str, Any]:
+    """The README's table beside CONTACT. Its numbers are those of verification and benchmark, rounded."""
+    numbers = json.loads((ROOT / "docs" / "figures" / "numbers.json").read_text(encoding="utf-8"))
+    bench = json.loads((ROOT / "scripts" / "benchmark" / "results.json").read_text(encoding="utf-8"))
+    (forces,) = (row[2] for row in numbers["verification"]["table"]["rows"] if row[0].startswith("creep forces of seven"))
+    beside = ratios(bench["contact"]["measured"])["128"]
+    (grid,) = {row["N"] for row in beside}
+    (start,) = (row["seconds"] for row in bench["processes"]["measured"] if row["name"] == "run --no-plots, N = 64")
+    coarse = statistics.median(row["contact_seconds"] for row in ratios(bench["contact"]["measured"])["32"])
+    equal = f"128 × 128 elements, {statistics.median(row['solve'] for row in beside):.0f} times as long"
+    return _table_of(" | thermoroll | CONTACT", [
+        ["creep forces, seven isothermal cases", f"within {forces.replace('e-0', 'e-')} of the friction limit of each other, "
+         "about the accuracy of CONTACT's extrapolation", ""],
+        [f"processor time for equal error, {len(beside)} of them", f"{grid} × {grid} elements",
+         f"{equal} (process start not counted)"],
+        ["a single coarse solution as a process", f"{start:.1f} s, most of it loading libraries", f"{coarse:.2f} s"],
+        ["an estimated error behind most numbers",
+         "yes, [coverage](docs/verification.md#coverage-of-the-error-estimates) tested", "no"],
+        ["temperatures", "flash temperatures at any Péclet number, thermal expansion that acts back",
+         "flash temperatures of fast bodies"],
+        ["contacts over time", "creepages, forces and loads of single contacts, with heat", "also wheels on rails"],
+        ["wheels on rails", "forces, roll and angular velocity found; conicity; wear",
+         "forces found; switches, out-of-round wheels"],
+        ["ball bearings, coatings, stresses, shakedown, fatigue", "yes", "stresses"],
+    ])  # fmt: skip
 
 
 def _table_of(header: str, rows: Iterable[list[str]]) -> dict[str, Any]:
@@ -191,4 +223,4 @@ def _word(value: Any) -> str:
 
 
 if __name__ == "__main__":
-    fill(pathlib.Path(__file__).parents[2] / "docs", {"declared": declared()})
+    fill(ROOT / "docs", {"declared": declared(), "measured": {"claims": claims()}})

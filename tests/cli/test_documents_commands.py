@@ -18,7 +18,7 @@ from unittest import mock
 import pytest
 
 from tests.support.command_line import PATIENCE, call
-from thermoroll_cli import Case, CreepForceTable, solve
+from thermoroll_cli import Case, CaseError, CreepForceTable, solve
 
 ROOT = Path(__file__).parents[2]
 GRID = 12
@@ -40,6 +40,10 @@ SMALLER = (
     (r"(subsurface.fields=plane|run cases/coated_ball.toml)", r"\1 --set subsurface.layers=6"),
 )
 """What is replaced in the commands: more would only take longer."""
+WITH_TESTS = ("commands", "ci", "import", "measured_profiles", "record_over_time", "sweeps_and_tables")
+"""Pages whose commands have a test of their own, which looks at what they write."""
+SCRIPTS = ("developing", "wheelset")
+"""Pages with scripts that begin from a result of a contact."""
 
 
 def page(name: str) -> str:
@@ -122,8 +126,11 @@ def session(block: str) -> Iterator[tuple[str, str]]:
 
 
 def test_readme_and_recipes(place: Path) -> None:
-    """The README's minute is among the commands, which run as printed."""
-    (minute,) = blocks("README", "sh")
+    """The README's minute is among the commands, which run as printed. It is installed already; the rest of that block runs."""
+    install, minute = blocks("README", "sh")
+    environment, pip, first = install.splitlines()
+    assert "venv" in environment and pip == "pip install ."
+    run(f"{first} --no-plots", place)
     (commands,) = (smaller(block) for block in blocks("commands", "sh"))
     assert minute.splitlines()[0] in commands and smaller(minute.splitlines()[1].split("#")[0]) in commands
     run(commands, place)
@@ -181,9 +188,40 @@ def test_tutorial(place: Path) -> None:
     python(script.replace('"numerics.grid": 64', f'"numerics.grid": {GRID}'), place)
 
 
-def test_worked_examples(place: Path) -> None:
-    for block in blocks("examples", "sh") + blocks("article", "sh") + blocks("polymers", "sh") + blocks("bearing", "sh"):
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "docs").glob("*.md") if path.stem not in WITH_TESTS
+                                        and "```sh\n" in path.read_text(encoding="utf-8")))  # fmt: skip
+def test_worked_examples(name: str, place: Path) -> None:
+    """Every other page that has commands."""
+    for block in blocks(name, "sh"):
         run(smaller(block).replace(" -o results", " --no-plots -o results"), place)
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "docs").glob("*.md")))
+def test_keys_and_options_that_are_shown_exist(name: str) -> None:
+    """A part of a case may lack tables, but has no unknown key; a command in a sentence has no unknown option."""
+    for shown in re.findall(r"```toml\n(.*?)```", page(name), re.DOTALL):
+        try:
+            Case.parse(shown)
+        except CaseError as error:
+            assert "unknown key" not in str(error), shown
+    for command in re.findall(r"`thermoroll ([^`]*)`", page(name)):
+        words = re.split(r"[\s\[\]]+", command)
+        given = words[:2] if words[0] == "table" else words[:1]
+        if wanted := re.findall(r"(?<![\w-])--[\w-]+", command):
+            called = [] if given[0].startswith("-") else given
+            shown_help = call(*called, "--help").stdout
+            assert all(re.search(rf"{option}\b", shown_help) for option in wanted), command
+
+
+def test_every_block_is_run() -> None:
+    """A block on a page, or of a kind, that no test here or named here reads would not be."""
+    found = {(path.stem, kind) for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
+             for kind in re.findall(r"^```(\w+)$", path.read_text(encoding="utf-8"), re.MULTILINE)}
+    read = set(re.findall(r'blocks\("(\w+)", "(\w+)"\)', Path(__file__).read_text(encoding="utf-8")))
+    elsewhere = {("read_results", "python"), ("developing", "diff")}     # test_python_api.py, test_extending.py
+    read |= {(name, kind) for name, kind in found if kind in ("sh", "toml")} | {(name, "python") for name in SCRIPTS}
+    # The record is what a file holds, shown beside its command.
+    assert found - read - elsewhere - {("record_over_time", "text")} == set()
 
 
 def test_measured_profiles(place: Path) -> None:
@@ -205,14 +243,16 @@ def test_sweeps_and_tables(place: Path) -> None:
     for block in blocks("sweeps_and_tables", "sh"):
         run(smaller(block), place)
     assert (place / "loads" / "sweep.csv").read_text().count("\n") == 1 + 3 * 2
-    python(blocks("sweeps_and_tables", "python")[0], place)
+    first, table = blocks("sweeps_and_tables", "python")
+    python(first, place)
+    assert "CreepForceTable" in table   # runs in test_creep_table.py
 
 
 def test_scripts_of_the_other_pages(place: Path) -> None:
     result = solve(Case.read(place / "cases" / "table1.toml"))
     (place / "results").mkdir()
     result.save(place / "results" / "my_contact.h5")
-    for name in ("developing", "wheelset"):
+    for name in SCRIPTS:
         for script in blocks(name, "python"):
             python(script, place, result=result, problem=result.problem)
 

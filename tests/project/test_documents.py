@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import itertools
+import json
 import os
 import re
 import subprocess
@@ -14,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from scripts import closed_forms
-from scripts.figures.figures_documents import declared, markdown
+from scripts.figures.figures_documents import claims, declared, markdown
 from tests.support.browser import opened
 from tests.support.command_line import PATIENCE
 from thermoroll_cli import Case, solve
@@ -122,6 +123,17 @@ def test_numbers_of_the_readme() -> None:
     for name, value, error in shown:
         assert result[name] == pytest.approx(float(value), abs=2.0 * float(error)), name
         assert result.uncertainty[name] == pytest.approx(float(error), rel=0.3), name
+
+
+def test_claims_of_the_readme() -> None:
+    """`python -m scripts.figures.figures_documents` writes the table beside CONTACT; the sentence below it quotes the fits."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"<!-- table measured claims -->\n{markdown(claims())}<!-- end -->" in readme
+    numbers = json.loads((ROOT / "docs" / "figures" / "numbers.json").read_text(encoding="utf-8"))
+    rows = {"measured_roller_rig": 1, "measured_twin_disc": 1, "eurosprinter": 2}
+    found = [100.0 * float(numbers[name]["table"]["rows"][row][3]) for name, row in rows.items()]
+    least, most = re.search(r"within (\S+) to (\S+) % of the load", readme).groups()  # type: ignore[union-attr]
+    assert (f"{min(found):.1f}", f"{max(found):.1f}") == (least, most)
 
 
 def test_tables_of_what_is_declared_are_those_of_the_package() -> None:
