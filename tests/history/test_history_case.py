@@ -234,7 +234,7 @@ def test_a_fit_to_a_record_over_time() -> None:
     assert fine is not None
     rows = [3, 8, 13, 18, 28]
     data = {"distance_mm": [fine["distance_mm"][row] for row in rows], "force_x_N": [fine["force_x_N"][row] for row in rows]}
-    found = fit(ball(load={"friction_coefficient": 0.3}, history={"steps": 14}), data, ["load.friction_coefficient=0.2:0.9"])
+    found = fit(ball(load={"friction_coefficient": 0.3}, history={"steps": 7}), data, ["load.friction_coefficient=0.2:0.9"])
     value = found.parameters["load.friction_coefficient"]
     assert found.converged and value.value == pytest.approx(0.4, abs=max(0.02, value.uncertainty_95))
     with pytest.raises(ValueError, match="outside of the history, from 0 to 7"):
