@@ -45,7 +45,6 @@ def deepest(facing: Facing) -> float:
     return DEEPEST / math.cos(float(facing.angle[int(np.argmin(facing.gap))]))
 
 
-
 class NoHeight(ArithmeticError):
     """Wheels carry their force at no height: the largest force is `largest` (N), at the height `z` (m), with the patches
     `bearings` of all of them."""

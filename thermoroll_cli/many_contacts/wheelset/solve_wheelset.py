@@ -83,8 +83,14 @@ def balanced(problem: WheelsetProblem, roll: float, before: SolvedWheelset | Non
     """The wheelset in balance, from its first contact at a `roll` (rad), or from where one stood `before`; its patches go on
     from what `solvers` have solved. Raises Unsolvable where a wheel misses its rail."""
     state = _Search(problem, roll, before, report, solvers, threads)
-    rough = _rough(problem)
-    leaves_heat_out = rough.contact.heating.heat != problem.contact.heating.heat
+    # First on a rough grid, without heat unless friction depends on it.
+    contact, rough = problem.contact, problem
+    grids, heating = grid_sequence(contact), contact.heating
+    if len(grids) >= 3:
+        heating = heating if contact.friction_varies else replace(heating, heat=False, deformation=False)
+        numerics = Numerics(grids[1], None, contact.numerics.extent)
+        rough = replace(problem, contact=replace(contact, numerics=numerics, heating=heating, subsurface=None, wear=None))
+    leaves_heat_out = heating.heat != contact.heating.heat
     coarse = np.zeros(0)
     try:
         known = bool(state.known) and not state.moved_on()
@@ -257,7 +263,9 @@ class _Search:
             return ""
         if self.drift > tolerance and not self._exceeds_friction:
             return f"the load did not settle among the patches: their vertical forces still change by {self.drift:.1e}"
-        return self._without_balance(unbalanced)
+        if self._exceeds_friction:
+            return f"friction carries {self._limit:.4g} N at most, not traction_N = {problem.traction:.4g} N"
+        return f"no angular velocity balances the wheelset: {abs(unbalanced):.1e} of the friction limit remain"
 
     def _mix(self, unbalanced: float) -> None:
         """Set the unknowns of the next round, from those of the last ones and what they led to."""
@@ -268,6 +276,8 @@ class _Search:
         self.go_to(place + step * min(1.0, LONGEST / max(float(np.abs(step).max()), 1e-300)))
 
     def _solve_patches(self, problem: WheelsetProblem) -> None:
+        """Solve all patches where they are, on the grid of `problem`; `drift` becomes the change of vertical forces over the
+        load by that."""
         motion = self._motion(self.velocity)
         patches = []
         for side, bearing in self.loaded:
@@ -276,7 +286,18 @@ class _Search:
             patches.append(solved_patch(side, bearing, motion[side], result))
         self.patches = tuple(patches)
         self.known = [(patch.side, patch.solved) for patch in patches]
-        self.drift = self._drifted()
+        # Vertical forces change by new ratios of forces and approaches. What all patches that carry a given force sink deeper
+        # together lowers the wheel and changes no load.
+        self.drift = 0.0
+        for sides in {frozenset(self._together(side)) for side in self.problem.sides}:
+            mine = [patch for patch in patches if patch.side in sides]
+            loads = np.array([patch.bearing.load for patch in mine])
+            sunk = np.array([patch.solved.over_coarse / patch.bearing.over_coarse - 1.0 for patch in mine])
+            if mine and self.problem.vertical is not None:
+                sunk = sunk - loads @ sunk / loads.sum()
+            turned = np.array([patch.solved.vertical - patch.bearing.vertical for patch in mine])
+            self.drift += float(loads @ (np.abs(turned) + np.abs(sunk)))
+        self.drift /= max(sum(patch.bearing.load for patch in patches), 1e-300)
         self.rounds += 1
         self.report("wheelset", {"iteration": self.rounds, "residual": self.drift})
 
@@ -295,20 +316,6 @@ class _Search:
                 near[1].last = self._solver(side, place, rough=True).last
         known[:] = [*(entry for entry in known if entry is not near), (place, near[1])]
         return near[1]
-
-    def _drifted(self) -> float:
-        """Change of the vertical forces over the load by what is new: ratios of forces, and approaches. What all patches that
-        carry a given force sink deeper together lowers the wheel and changes no load."""
-        drift = 0.0
-        for sides in {frozenset(self._together(side)) for side in self.problem.sides}:
-            mine = [patch for patch in self.patches if patch.side in sides]
-            loads = np.array([patch.bearing.load for patch in mine])
-            sunk = np.array([patch.solved.over_coarse / patch.bearing.over_coarse - 1.0 for patch in mine])
-            if mine and self.problem.vertical is not None:
-                sunk = sunk - loads @ sunk / loads.sum()
-            turned = np.array([patch.solved.vertical - patch.bearing.vertical for patch in mine])
-            drift += float(loads @ (np.abs(turned) + np.abs(sunk)))
-        return drift / max(sum(patch.bearing.load for patch in self.patches), 1e-300)
 
     def _unbalanced(self, forward: float, torque: float, limit: float) -> float:
         """What drives the wheelset in vain, over the limit of friction (N), positive where it must turn more slowly backwards,
@@ -329,12 +336,6 @@ class _Search:
     def _exceeds_friction(self) -> bool:
         return self.problem.traction is not None and abs(self.problem.traction) > self._limit
 
-    def _without_balance(self, unbalanced: float) -> str:
-        """Why no angular velocity was found: more traction than friction transmits, or none in the range that was tried."""
-        if self._exceeds_friction:
-            return f"friction carries {self._limit:.4g} N at most, not traction_N = {self.problem.traction:.4g} N"
-        return f"no angular velocity balances the wheelset: {abs(unbalanced):.1e} of the friction limit remain"
-
     def without_height(self, cause: NoHeight) -> SolvedWheelset:
         """The wheelset as it stood last, and why its wheels do not carry their force: Nadal's limit says when a flange
         climbs."""
@@ -350,7 +351,12 @@ class _Search:
         reason = f"the wheels carry {cause.largest:.4g} N at most, not {wanted}, {depth}"
         if cause.largest <= 0.0:
             reason = f"the wheels carry {wanted} at no height, {depth}"
-        angle, friction = abs(steepest.patch.angle), self._friction_of(steepest)
+        # Friction at the slip that was found if it depends on it.
+        near = min(self.patches, key=lambda patch: abs(patch.bearing.patch.y - steepest.patch.y), default=None)
+        friction = math.nan if near is None else near.result.coupled.scalars.get("friction_mean", math.nan)
+        if math.isnan(friction):
+            friction = friction_of(self.problem.contact, steepest).coefficient
+        angle = abs(steepest.patch.angle)
         lateral, vertical, slope = abs(steepest.lateral) * steepest.load, steepest.vertical * steepest.load, math.tan(angle)
         limit = (slope - friction) / (1.0 + friction * slope)
         if vertical > 0.0 and not 0.0 < limit < lateral / vertical:
@@ -361,28 +367,8 @@ class _Search:
         return reason if limit <= 0.0 else (
             f"{reason}; above Nadal's limit Y/Q = {limit:.3g} with the coefficient of friction {friction:.3g} a flange climbs")
 
-    def _friction_of(self, bearing: Bearing) -> float:
-        """Coefficient of friction of a patch, at the slip that was found if it depends on it."""
-        y = bearing.patch.y
-        near = min(self.patches, key=lambda patch: abs(patch.bearing.patch.y - y), default=None)
-        found = math.nan if near is None else near.result.coupled.scalars.get("friction_mean", math.nan)
-        return friction_of(self.problem.contact, bearing).coefficient if math.isnan(found) else found
-
-
 def _alike(here: Loaded, there: Loaded) -> bool:
     """Whether these are the same patches."""
     return len(here) == len(there) and all(
         side == other and abs(bearing.patch.y - its.patch.y) < SAME_PATCH
         for (side, bearing), (other, its) in zip(here, there, strict=True))
-
-
-def _rough(problem: WheelsetProblem) -> WheelsetProblem:
-    """`problem` on a rough grid, without heat unless friction depends on it; itself if it is as rough."""
-    contact = problem.contact
-    grids = grid_sequence(contact)
-    if len(grids) < 3:
-        return problem
-    heating = contact.heating if contact.friction_varies else replace(contact.heating, heat=False, deformation=False)
-    rough = replace(contact, numerics=Numerics(grids[1], None, contact.numerics.extent), heating=heating, subsurface=None,
-                    wear=None)
-    return replace(problem, contact=rough)

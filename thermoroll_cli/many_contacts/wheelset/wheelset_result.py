@@ -86,7 +86,7 @@ def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> Result:
         reason="; ".join(reasons), uncertainty=summed.errors,
         work={"grid": next((patch.work["grid"] for patch in patches), []), "rounds": solved.rounds},
         patches=patches, assembly="wheelset",
-        warnings=(*warnings, *_left_out(solved), *_barely_met(solved), *of_patches), lines=_outlines(solved))
+        warnings=(*warnings, *_doubts(solved), *of_patches), lines=_outlines(solved))
 
 
 def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> Iterator[Result]:
@@ -107,7 +107,7 @@ def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> I
         own_axes = (warning.replace(" y = ", " y (in the axes of its result) = ") for warning in result.warnings)
         whole = replace(
             result, name=f"{side}_{number}", uncertainty=errors | {"normal_N": load * result["normal_N"]},
-            warnings=(*own_axes, *_turning(patch), *_divided(patch)),
+            warnings=(*own_axes, *_doubts_of_patch(patch)),
             lines={"surface": np.stack([sign * places[:, 1], places[:, 2], sign * surface.inclination(s)])})
         yield replace(whole, record={"side": side, "number": number, **_record(patch, whole)})
 
@@ -130,8 +130,8 @@ def _outlines(solved: SolvedWheelset) -> dict[str, Array]:
     return lines
 
 
-def _left_out(solved: SolvedWheelset) -> Iterator[str]:
-    """Overlaps that are no patches."""
+def _doubts(solved: SolvedWheelset) -> Iterator[str]:
+    """Overlaps that are no patches; a balance between two states, from one to the other of which patches jump."""
     problem, standing = solved.problem, solved.standing
     shares = problem.contact.compliance_shares
     for side in problem.sides:
@@ -142,33 +142,24 @@ def _left_out(solved: SolvedWheelset) -> Iterator[str]:
             if min((abs(patch.y - y) for y in solved_at), default=math.inf) > SAME_PATCH and not patch.faces:
                 yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
                        "end of a profile, where no normal meets both surfaces: this contact is left out")
-
-
-def _barely_met(solved: SolvedWheelset) -> Iterator[str]:
-    """Doubts about a balance between two states, from one to the other of which patches jump."""
     if solved.left > ROUGH:
         yield (f"the balance is met within {solved.left:.1e} of the load or the friction limit, as patches come and go with "
                "the elements: errors contain that; a finer numerics.grid or smoothing_mm of the profiles helps")
 
 
-def _turning(patch: SolvedPatch) -> Iterator[str]:
-    """Doubts about a patch across which the surface turns far."""
-    surface, state = patch.bearing.patch, patch.result.coupled
-    s = -state.y[np.asarray(state.fields["pressure"]).any(axis=0)]
-    turn = float(np.ptp(replace(surface, curved=True).inclination(s))) if len(s) and not surface.curved else 0.0
+def _doubts_of_patch(patch: SolvedPatch) -> Iterator[str]:
+    """A surface that turns far across a plane; contacts apart from each other that share the grid of the patch."""
+    surface, y = patch.bearing.patch, patch.result.coupled.y
+    loaded = np.flatnonzero(np.asarray(patch.result.coupled.fields["pressure"]).any(axis=0))
+    turn = 0.0 if surface.curved or not len(loaded) else float(np.ptp(replace(surface, curved=True).inclination(-y[loaded])))
     if turn > WIDEST_PLANE:
         yield (f"the surface turns by {turn:.2g} rad across the patch, which lies in a plane: "
                'patches = "curved" follows the surface')
-
-
-def _divided(patch: SolvedPatch) -> Iterator[str]:
-    """Doubts about contacts apart from each other that share the grid of one patch."""
-    loaded = np.flatnonzero(np.asarray(patch.result.coupled.fields["pressure"]).any(axis=0))
     parts = np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1)
     if len(parts) > 1:
-        y = 1e3 * sign_of(patch.side) * patch.bearing.patch.places(-patch.result.coupled.y)[:, 1]
-        yield (f"it holds {len(parts)} contacts, at y = {' and '.join(f'{y[part].mean():.4g}' for part in parts)} mm, on one "
-               f"grid: the narrowest is {min(map(len, parts))} elements wide; compare pressures with a finer numerics.grid")
+        places = 1e3 * sign_of(patch.side) * surface.places(-y)[:, 1]
+        yield (f"it holds {len(parts)} contacts, at y = {' and '.join(f'{places[part].mean():.4g}' for part in parts)} mm, on "
+               f"one grid: the narrowest is {min(map(len, parts))} elements wide; compare pressures with a finer numerics.grid")
 
 
 def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:
@@ -332,7 +323,10 @@ def _shared_errors(solved: SolvedWheelset) -> SharedErrors:
         dW_i = k_i (dz cos α_i − e_i),      k_i = 1.5 W_i/δ_i.
 
     At a given height dz = 0. Patches that carry a given force together have dz = Σ k_j e_j/Σ k_j cos α_j, and at about the same
-    inclination dW_i = k_i Σ k_j (e_j − e_i)/Σ k_j. Signs are unknown: absolute values add."""
+    inclination dW_i = k_i Σ k_j (e_j − e_i)/Σ k_j. Signs are unknown: absolute values add. A load that is in equilibrium with a
+    vertical force errs by the tolerance of that, too, by the last change of the ratio of both, and by the friction, which has a
+    part in it; the angular velocity by the forces along the track, and by what the search left of them, over their change with
+    it."""
     patches, finds_height = solved.patches, solved.problem.vertical is not None
     sunk, cosines = (np.array(column) for column in ([patch.bearing.sunk for patch in patches],
                                                      [math.cos(patch.bearing.patch.angle) for patch in patches]))
@@ -342,38 +336,23 @@ def _shared_errors(solved: SolvedWheelset) -> SharedErrors:
     moved = [abs(patch.solved.over_coarse / patch.bearing.over_coarse - 1.0) for patch in patches]
     approach = estimated + sunk * np.array(moved)
     heights, loads = [0.0], np.zeros(len(patches))
-    for group in _carriers(solved):
+    sides = [patch.side for patch in patches]
+    # Both wheels carry a force together if the roll is given.
+    for of in [{side} for side in set(sides)] if solved.problem.finds_roll else [set(sides)]:
+        group = [k for k, side in enumerate(sides) if side in of]
         own = stiffness[group]
         by_approach = -np.eye(len(group))
         if finds_height:
             heights.append(float(passed_on(estimated[group], own / (own @ cosines[group]))))
             by_approach += own / own.sum()
-            loads[group] = [_unbalanced(patches[i]) for i in group]
+            for k in group:
+                patch = patches[k]
+                friction = abs(math.sin(patch.angle)) * patch.error_of("force_y_N") / patch.bearing.load
+                loads[k] = BALANCED + abs(patch.solved.vertical / patch.bearing.vertical - 1.0) + friction
         loads[group] += STIFFENING / sunk[group] * passed_on(approach[group], by_approach)
     roll = sum(heights) / solved.problem.span if solved.problem.finds_roll else 0.0
-    return SharedErrors(max(heights), roll, tuple(loads.tolist()), _velocity(solved, loads.tolist()))
-
-
-def _velocity(solved: SolvedWheelset, loads: Sequence[float]) -> float:
-    """Error of the angular velocity over itself: that of the forces along the track, and what the search left of them, over
-    their change with it."""
-    limit = sum(patch.result.problem.traction_limit for patch in solved.patches)
-    if not solved.problem.finds_speed or not limit:
-        return 0.0
-    forces = sum(patch.force_errors(load)[0] for patch, load in zip(solved.patches, loads, strict=True))
-    return float(forces / limit + max(FINE, solved.left)) / abs(solved.drive_slope)
-
-
-def _carriers(solved: SolvedWheelset) -> Iterator[list[int]]:
-    """Numbers of the patches that carry a force together: of both wheels if the roll is given."""
-    sides = [patch.side for patch in solved.patches]
-    for of in ([{side} for side in set(sides)] if solved.problem.finds_roll else [set(sides)]):
-        if group := [k for k, side in enumerate(sides) if side in of]:
-            yield group
-
-
-def _unbalanced(patch: SolvedPatch) -> float:
-    """Error of a load through its equilibrium with a vertical force: its tolerance, the last change of the ratio of both, and
-    the error of the friction, which has a part in it."""
-    friction = abs(math.sin(patch.angle)) * patch.error_of("force_y_N") / patch.bearing.load
-    return BALANCED + abs(patch.solved.vertical / patch.bearing.vertical - 1.0) + friction
+    limit, velocity = sum(patch.result.problem.traction_limit for patch in patches), 0.0
+    if solved.problem.finds_speed and limit:
+        forces = sum(patch.force_errors(load)[0] for patch, load in zip(patches, loads.tolist(), strict=True))
+        velocity = float(forces / limit + max(FINE, solved.left)) / abs(solved.drive_slope)
+    return SharedErrors(max(heights), roll, tuple(loads.tolist()), velocity)
