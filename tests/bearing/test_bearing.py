@@ -14,7 +14,7 @@ from scipy.special import ellipe
 
 from scripts.closed_forms import heathcote
 from tests.support.command_line import call
-from thermoroll_cli import Case, CaseError, read_result, solve
+from thermoroll_cli import Case, CaseError, Solver, read_result, solve
 from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.problem.result import Result
 
@@ -214,6 +214,16 @@ def test_a_moment_that_turns_by_one_pitch_permutes_the_balls() -> None:
     for name in ("normal_N", "contact_angle_deg", "spin_to_roll", "Q_F_W"):
         before, after = ([record[name] for record in each] for each in records)
         assert after == pytest.approx([before[2], before[0], before[1]], rel=1e-6), name
+
+
+@pytest.mark.slow
+def test_a_bearing_begins_with_the_one_before() -> None:
+    solver, radial = Solver(), {"bearing__load__radial_N": 650.0}
+    first, next_one = (solver.solve(case(**COMBINED | each)) for each in ({}, radial))
+    alone = solve(case(**COMBINED | radial))
+    assert next_one.work["contact_solves"] < alone.work["contact_solves"] < first.work["contact_solves"]
+    for name in ("torque_Nmm", "axial_displacement_um", "cage_speed_rad_s"):
+        assert next_one[name] == pytest.approx(alone[name], rel=1e-4), name
 
 
 def test_a_common_cage_under_thrust_is_a_free_one(thrust: Result) -> None:

@@ -41,16 +41,26 @@ BOTH_RINGS = 0.9
 
 
 class BearingSolver:
-    """Solves bearing after bearing."""
+    """Solves bearing after bearing; each begins with the axes of the one before."""
 
     def __init__(self, threads: int = 1) -> None:
         self.threads = threads
+        self._before: BearingSearch | None = None
 
     def solve(
         self, problem: BearingProblem, *, report: Callable[[str, Mapping[str, Any]], None] | None = None
     ) -> Result:
         """The result of `problem`; `reason` says what goes wrong. `report` is called with a stage and a mapping."""
-        return result_of(BearingSearch(problem, self.threads, report or (lambda stage, info: None)).solve())
+        report = report or (lambda stage, info: None)
+        search = BearingSearch(problem, self.threads, report, self._before)
+        solved = search.solve()
+        if solved.reason and search.before is not None:
+            search = BearingSearch(problem, self.threads, report)
+            solved = search.solve()
+        # One more search leads on from here, not a chain of all.
+        search.before = None
+        self._before = None if solved.reason or not problem.balances else search
+        return result_of(solved)
 
 
 def bearing_warnings(problem: BearingProblem) -> Iterator[str]:

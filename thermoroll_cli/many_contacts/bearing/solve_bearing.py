@@ -117,10 +117,13 @@ class SolvedBearing:
 
 
 class BearingSearch:
-    """Solves one bearing."""
+    """Solves one bearing, from that of the search `before` if its balls are as many. Where friction falls with slip a bearing
+    begins from nothing, so that its state does not depend on which was solved before."""
 
-    def __init__(self, problem: BearingProblem, threads: int, report: Report) -> None:
+    def __init__(self, problem: BearingProblem, threads: int, report: Report, before: BearingSearch | None = None) -> None:
         self.problem, self.threads, self.report = problem, threads, report
+        law, same = problem.contact.friction.law, before is not None and before.problem.balls == problem.balls
+        self.before = before if same and problem.balances and law is None else None
         self.balls: list[Ball] = []
         self.rounds = self.solves = 0
         count = problem.balls
@@ -145,7 +148,9 @@ class BearingSearch:
         self._gather()
         contact = self.problem.contact
         if self.problem.balances and not reason:
-            for stage, tolerance in self._stages():
+            if self.before is not None:
+                self._continue(self.before)
+            for stage, tolerance in self._stages()[-1 if self.before is not None else 0 :]:
                 reason = self._balance(stage, tolerance)
         whole = contact if self.problem.rolls else replace(
             contact, friction=replace(contact.friction, coefficient=0.0, law=None), motion=Motion(1.0, differential_slip=False),
@@ -167,6 +172,28 @@ class BearingSearch:
             solved.settled = self._with_forces(None)
             solved.coarser = tuple(self._with_forces(-n) for n in range(min(grids, 3), 0, -1))
         return solved
+
+    def _continue(self, before: BearingSearch) -> None:
+        """Begin with the axes, the slopes and, in proportion, the friction of the balls of another bearing."""
+        ratio = np.diff(self.problem.speeds)[0] / np.diff(before.problem.speeds)[0]
+        for ball in self.balls:
+            was = next(each for each in before.balls if ball.members[0] in each.members)
+            if not (ball.loaded and was.loaded and was.slopes):
+                continue
+            inner, outer = (self.problem.race_control(ball.angles, ring) - ratio * before.problem.race_control(was.angles, ring)
+                            for ring in RINGS)
+            ball.motion = ratio * was.motion + 0.5 * (inner + outer)
+            # Contacts only say here that the ball begins with them: the first round solves them at its own motion.
+            ball.slopes, ball.contacts = dict(was.slopes), dict(was.contacts)
+            for ring in RINGS:
+                ball.solvers[ring] = Solver(self.threads)
+                ball.solvers[ring].last = was.solvers[ring].last
+            where, share = list(ball.members), self.limit(ball) / before.limit(was)
+            self.on_balls[where], self.on_ring[where] = (share * of[was.members[0]] for of in (before.on_balls, before.on_ring))
+            self.cage[where] = ball.motion[0]
+        self.placement = self._placed()
+        for ball in self.balls:
+            self._put(ball)
 
     def _stages(self) -> list[tuple[Problem, float]]:
         """The problems of contacts with which the balance is sought: a friction that falls with slip is followed from constant
