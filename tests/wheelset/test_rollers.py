@@ -152,3 +152,15 @@ def test_what_does_not_go_together_is_an_error(track: dict[str, Any], wheelset: 
     with pytest.raises(CaseError, match=message):
         Case.from_dict({**MANCHESTER, "track": {**MANCHESTER["track"], **track},
                         "wheelset": {**MANCHESTER["wheelset"], **wheelset}})  # fmt: skip
+
+
+def test_a_sphere_touches_the_same_however_it_is_yawed() -> None:
+    """A roller of 1e8 mm is a rail, and a wheel whose outline is a circle of its own radius is a sphere."""
+    there = {"vertical_N": 1e3}
+    straight = rig(0.0 * Y, CIRCLE, (1e8, 100.0), (1e-6, 1.0), **there)
+    yawed = rig(0.0 * Y, CIRCLE, (1e8, 100.0), (1e-6, 1.0), yaw_mrad=450.0,
+                lateral_shift_mm=750.0 * (1.0 - math.cos(0.45)), **there)
+    assert straight.converged and yawed.converged
+    for name in ("pressure_max_MPa", "approach_max_um", "contact_area_mm2"):
+        assert yawed[name] == pytest.approx(straight[name], rel=1e-3), name
+    assert abs(force(yawed)[1]) == pytest.approx(0.3e3 * math.cos(0.225), rel=0.1)

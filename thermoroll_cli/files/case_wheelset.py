@@ -99,7 +99,7 @@ class WheelsetTable(Table):
     wheels: Literal["both", "left", "right"] = Field(default="both", description="Wheels that are solved")
     lateral_shift_mm: float = quantity("Shift of the wheelset to the right", 0.0, ge=-1e3, le=1e3)
     longitudinal_shift_mm: float = quantity("Shift of the wheelset forward over rollers", 0.0, ge=-1e3, le=1e3)
-    yaw_mrad: float = quantity("Yaw, right wheel backwards", 0.0, ge=-150, le=150)
+    yaw_mrad: float = quantity("Yaw, right wheel backwards", 0.0, ge=-500, le=500)
     roll_mrad: float | None = quantity("Roll, right wheel down; of both wheels found if left out", None, ge=-500, le=500)
     vertical_N: float | None = quantity("Vertical load of the wheelset, or of the wheel if there is one", None, ge=1e-6, le=1e9)
     height_mm: float | None = quantity("Height of the axle below its nominal one, down; instead of the load", None,
