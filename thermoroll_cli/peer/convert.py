@@ -367,7 +367,7 @@ def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Conten
         (wheels.get("YTAPE", 1000.0) != 1000.0, "YTAPE: another place of the nominal radius"),
         (motion["VS"] == 0.0, "VS = 0: a wheel that does not roll"),
         (digits["F"] == 2 and motion["VPITCH"] != 0.0, "F = 2: a torque about the axle"),
-        (kind == 3, "D = 3: planar patches with the slip of the curved surface"),
+        (kind == 3, "D = 3: slip that varies along rolling by the curvature of wheel and roller"),
     )
     turned = math.copysign(1.0, motion["VS"])
     side = "right" if sign * turned > 0.0 else "left"
