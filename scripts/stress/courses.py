@@ -11,6 +11,7 @@ import numpy as np
 
 from scripts.stress.outcome import Outcome, Pair
 from scripts.stress.random_contacts import random_contact
+from scripts.stress.random_lines import random_line, random_line_of_bodies
 from scripts.stress.random_profiles import random_profile_contact
 from thermoroll_cli.many_contacts.history.course import Course, History
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
@@ -30,6 +31,8 @@ SAME = 1e-4
 """Of μW: two solutions that are the same but for the tolerances of the solver."""
 ALONG, ACROSS, SPIN, LOAD = "creepage.longitudinal", "creepage.lateral", "creepage.spin_rad_mm", "load.normal_N"
 FORCE, SPEED, SHIFT, SHIFT_ACROSS = "force.longitudinal_N", "rolling.speed_m_s", "shift.longitudinal_um", "shift.lateral_um"
+PER_LENGTH = "_mm"
+"""What names of loads and forces of line contacts end in besides."""
 ODD = ACROSS, SPIN, "force.lateral_N", SHIFT_ACROSS
 """Keys that change their sign in the mirror."""
 
@@ -37,6 +40,18 @@ ODD = ACROSS, SPIN, "force.lateral_N", SHIFT_ACROSS
 def random_course(seed: int) -> History:
     """The history of `seed` without heat, always the same."""
     return _course_of(seed, replace(random_contact(seed), heating=Heating(heat=False)))
+
+
+def line_course(seed: int) -> History:
+    """The history of `seed` of a line contact without heat: homogeneous bodies, every other one coated."""
+    problem = random_line_of_bodies(3 * seed) if seed % 2 else random_line(4 * seed)
+    problem = replace(problem, heating=Heating(heat=False), motion=replace(problem.motion, speed=1.0))
+    rng, half = np.random.default_rng([73, seed]), DerivedQuantities(problem).scales.semi_axis_x
+    history = _course_of(seed, replace(problem, length=half * 10.0 ** float(rng.uniform(1.0, 2.5))))
+    # Loads and forces are per mm.
+    course = _times(history.course, dict.fromkeys((LOAD, FORCE), 1e-3))
+    values = {f"{key}{PER_LENGTH}" if key in (LOAD, FORCE) else key: column for key, column in course.values.items()}
+    return replace(history, course=replace(course, values=values))
 
 
 def warm_course(seed: int) -> History:
@@ -71,6 +86,7 @@ def _course_of(seed: int, problem: Problem) -> History:
     rng = np.random.default_rng([71, seed])
     n = int(rng.choice(GRIDS))
     grid = (n, n) if rng.random() < 0.8 else (n, 2 * n) if rng.random() < 0.5 else (2 * n, n)
+    grid = (n, 1) if problem.line else grid
     derived = DerivedQuantities(problem)
     motion, length = problem.motion, 2.0 * derived.scales.semi_axis_x
     problem = replace(problem, numerics=Numerics(grid, extent=float(rng.choice([2.2, 2.6]))))
@@ -134,16 +150,18 @@ def _solved(history: History) -> Result | Outcome:
 
 def _faults(history: History, result: Result) -> Iterator[str]:
     table = _table(result)
-    limit = np.array(table["friction_limit_N"])
-    force = np.hypot(table["force_x_N"], table["force_y_N"]) / limit
+    end = PER_LENGTH if history.problem.line else ""
+    limit = np.array(table[f"friction_limit_N{end}"])
+    force = np.hypot(table[f"force_x_N{end}"], table[f"force_y_N{end}"]) / limit
     if force.max() > 1.0 + SAME:
         yield f"a force of {force.max():.6g} μW"
-    heat = np.array(table["heat_J"])
-    if (np.diff(heat) < -SAME * heat.max()).any():
+    # Where nothing slips heat is the rounding of work.
+    heat, work = np.array(table[f"heat_J{end}"]), np.abs(table[f"work_J{end}"])
+    if (np.diff(heat) < -SAME * max(heat.max(), work.max())).any():
         yield "heat that comes back"
     for name, other, signs in _same(history):
         found = _table(HistorySolver().solve(other))
-        for column, sign in zip(("force_x_N", "force_y_N"), signs, strict=True):
+        for column, sign in zip((f"force_x_N{end}", f"force_y_N{end}"), signs, strict=True):
             # One that begins later has the last rows.
             own, last = np.array(table[column])[-found.count:], limit[-found.count:]
             away = np.abs(sign * np.array(found[column]) - own) / last
@@ -166,16 +184,18 @@ def _same(history: History) -> Iterator[tuple[str, History, tuple[float, float]]
     factor = 8.0
     # Heat is more, too, and warms as before.
     stiffer = [replace(body, youngs_modulus=factor * body.youngs_modulus,
-                       conductivity=body.conductivity and factor * body.conductivity)
+                       conductivity=body.conductivity and factor * body.conductivity,
+                       layers=tuple(replace(layer, youngs_modulus=factor * layer.youngs_modulus) for layer in body.layers))
                for body in (problem.lower, problem.upper)]
-    forces = {key: factor for key in course.values if key.endswith("_N")}
+    forces = {key: factor for key in course.values if key.endswith(("_N", "_N_mm"))}
     yield "units of force", History(replace(
         problem, lower=stiffer[0], upper=stiffer[1], normal_force=factor * problem.normal_force,
         motion=_with(motion, force=factor)), _times(course, forces)), (1.0 / factor, 1.0 / factor)
     if not problem.heating.heat and course.by_distance and SPEED not in course.values:
         yield "twice the speed", replace(history, problem=replace(problem, motion=replace(motion, speed=2.0))), (1.0, 1.0)
     # Another load has another grid, and a file does not tell the heat that it has seen.
-    if not problem.heating.heat and motion.speed == 0.0 and len(course.rows) > 2 and LOAD not in course.values:
+    loaded = {LOAD, LOAD + PER_LENGTH} & {*course.values}
+    if not problem.heating.heat and motion.speed == 0.0 and len(course.rows) > 2 and not loaded:
         yield from _later(history)
 
 
@@ -204,7 +224,7 @@ def _exchanged(history: History) -> History:
                        geometry.upper_profile, geometry.lower_profile)
     share = heating.partition if heating.partition == "matched" else 1.0 - heating.partition
     heat = replace(heating, partition=share, bulk_lower=heating.bulk_upper, bulk_upper=heating.bulk_lower)
-    flipped = dict.fromkeys((ALONG, ACROSS, SPIN, FORCE, "force.lateral_N", SHIFT, SHIFT_ACROSS), -1.0)
+    flipped = dict.fromkeys((ALONG, ACROSS, SPIN, FORCE, FORCE + PER_LENGTH, "force.lateral_N", SHIFT, SHIFT_ACROSS), -1.0)
     return History(replace(problem, lower=problem.upper, upper=problem.lower, geometry=swapped, heating=heat,
                            motion=_with(problem.motion, along=-1.0, across=-1.0)), _times(history.course, flipped))
 
@@ -246,18 +266,20 @@ def covered(history: History, *_: int) -> Outcome:
         return result
     course, grid = history.course, history.problem.numerics.grid
     assert course.steps is not None and grid is not None
+    sides = REFERENCE * grid[0], REFERENCE * grid[1] if grid[1] > 1 else 1
     finer = replace(history.problem, numerics=replace(
-        history.problem.numerics, grid=(REFERENCE * grid[0], REFERENCE * grid[1]), extent=float(result.work["extent"])))
+        history.problem.numerics, grid=sides, extent=float(result.work["extent"])))
     fine = HistorySolver().solve(History(finer, replace(course, steps=REFERENCE * course.steps)))
     outcome = Outcome(result.converged, result.reason, work=int(result.work["applications"] / result.work["steps"]))
     if not (result.converged and fine.converged):
         return outcome
-    return replace(outcome, pairs=tuple(_pairs(_table(result), _table(fine), round(math.sqrt(grid[0] * grid[1])))))
+    elements = grid[0] if grid[1] == 1 else round(math.sqrt(grid[0] * grid[1]))
+    return replace(outcome, pairs=tuple(_pairs(_table(result), _table(fine), elements)))
 
 
 def _pairs(table: Columns, fine: Columns, grid: int) -> Iterator[Pair]:
     rows = np.unique(np.linspace(0, table.count - 1, SHOWN).round().astype(int)).tolist()
-    largest = {name: float(np.nanmax(np.abs(column))) for name, column in table.numbers.items()}
+    largest = {name: float(np.abs(np.nan_to_num(column)).max()) for name, column in table.numbers.items()}
     for column in table:
         name = column.removeprefix(UNCERTAINTY)
         scale = error_scale(name, largest) if name != column else 0.0

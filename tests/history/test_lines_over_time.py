@@ -25,7 +25,7 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 
 STEEL = elastic(0.28)
@@ -106,9 +106,11 @@ def test_under_a_force_the_length_changes_the_shift_alone() -> None:
     assert long["creepage_longitudinal"] > 1.1 * short["creepage_longitudinal"]
 
 
-def test_unlike_and_coated_bodies_start_too() -> None:
+@pytest.mark.parametrize("body", [
+    elastic(0.33, 72e9), replace(STEEL, layers=(Layer(0.3 * HALF, 600e9, 0.25), Layer(0.5 * HALF, 80e9, 0.3)))])
+def test_unlike_and_coated_bodies_start_too(body: Material) -> None:
     creeping = {"creepage.longitudinal": (0.5 * ALL_SLIDES,) * 2}
-    other = replace(ROLLS, lower=elastic(0.33, 72e9), motion=Motion(1.0, 0.5 * ALL_SLIDES, 0.0))
+    other = replace(ROLLS, lower=body, motion=Motion(1.0, 0.5 * ALL_SLIDES, 0.0))
     moments = list(Steps(History(other, Course((0.0, 40.0 * HALF), creeping, True, 10, "pressed")), (32, 1)).moments(
         np.linspace(0.0, 40.0 * HALF, 11)))
     steady = solve(other)["force_x_N_mm"]
