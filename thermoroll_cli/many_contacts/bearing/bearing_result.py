@@ -229,17 +229,16 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
             scalars[name] = scalar.together(summary[name] for summary in mine)
             errors[name] = (math.fsum if scalar.together is math.fsum else max)(own)
     if problem.rolls and contacts:
-        torque = sum(len(ball.members) * _torque(problem, ball) for ball in solved.balls if ball.loaded)
+        torque = 0.0
+        for ball in solved.balls:
+            if ball.loaded:
+                inner = ball.contacts["inner"]
+                lever = np.cross(0.5 * problem.pitch_diameter * RADIAL, inner.force)
+                torque += len(ball.members) * float((lever + inner.moment) @ AXIAL)
         scalars["torque_from_forces_Nmm"] = 1e3 * problem.direction * torque
         over = 1e3 / abs(problem.speeds[0] - problem.speeds[1])
         errors["torque_Nmm"] = errors["torque_from_forces_Nmm"] = errors["Q_F_W"] * over
     return scalars, errors
-
-
-def _torque(problem: BearingProblem, ball: Ball) -> float:
-    """Torque in N m by which a ball brakes the inner ring, about the bearing's axis."""
-    lever = np.cross(0.5 * problem.pitch_diameter * RADIAL, ball.contacts["inner"].force)
-    return float((lever + ball.contacts["inner"].moment) @ AXIAL)
 
 
 def _stiffness(problem: BearingProblem, placement: Placement, way: int) -> float:

@@ -39,11 +39,19 @@ def failures(cold: Level, hot: Level | None) -> list[str]:
     if not derived.scales.converged:
         reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
     if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim and not _too_little(cold):
-        falls = derived.problem.friction_varies
-        coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
+        coupling, advice = "coupling of pressure and shear", "try a finer or coarser numerics.grid"
+        if derived.problem.friction_varies:
+            coupling, friction = "coupling of friction and temperature", derived.problem.friction
+            span = (friction.limits[1] - friction.limits[0]) / (friction.coefficient * abs(friction.slope))
+            rise = max(cold.reported.scalars[f"temperature_rise_max_{body}_K"] for body in BODIES)
+            # A contact that warms by more than friction needs to go all of its way has friction that jumps between neighbouring
+            # elements, and what one grid finds another does not.
+            if rise > span:
+                advice = (f"within {span:.2g} K friction reaches its limit, and the contact warms by {rise:.2g} K, so that it "
+                          "jumps between elements; set a flatter friction.temperature_slope_1_K, or lower the speed or the "
+                          "creepage")
         reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
-                       f"{isothermal.residual:.1e} of the approach: "
-                       + ((_steep_friction(cold) if falls else "") or "try a finer or coarser numerics.grid"))
+                       f"{isothermal.residual:.1e} of the approach: {advice}")
     if cold.touches_rim or (hot is not None and hot.touches_rim):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
     if hot is None:
@@ -57,17 +65,6 @@ def failures(cold: Level, hot: Level | None) -> list[str]:
     if hot.state.converged or not of_heat:
         reasons += [f"coupled state: {reason}" for reason in _state_failures(hot)]
     return reasons
-
-
-def _steep_friction(level: Level) -> str:
-    """Advice where the contact warms by more than friction needs to go all of its way: then it jumps between neighbouring
-    elements, and what one grid finds another does not. Empty elsewhere."""
-    friction, scalars = level.here.derived.problem.friction, level.reported.scalars
-    span = (friction.limits[1] - friction.limits[0]) / (friction.coefficient * abs(friction.slope))
-    rise = max(scalars[f"temperature_rise_max_{body}_K"] for body in BODIES)
-    return "" if rise <= span else (
-        f"within {span:.2g} K friction reaches its limit, and the contact warms by {rise:.2g} K, so that it jumps between "
-        "elements; set a flatter friction.temperature_slope_1_K, or lower the speed or the creepage")
 
 
 def _heat_failures(cold: Level, hot: Level) -> Iterator[str]:

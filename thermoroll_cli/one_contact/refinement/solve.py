@@ -52,16 +52,13 @@ class Solver:
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
-        result = self._under(problem, report)
-        return of_line(result) if problem.line else result
-
-    def _under(self, problem: Problem, report: Report | None) -> Result:
-        """As `solve`, with the names that all contacts share."""
         if problem.vertical is not None:
             return _under_vertical(problem, lambda loaded: self.solve(loaded, report=report))
-        if not has_maximum(problem):
-            return self._solve(problem, report)
-        # A prescribed force where friction falls with slip: the maximum of the creep curve is found first.
+        result = self._to_maximum(problem, report) if has_maximum(problem) else self._solve(problem, report)
+        return of_line(result) if problem.line else result
+
+    def _to_maximum(self, problem: Problem, report: Report | None) -> Result:
+        """The result for a prescribed force where friction falls with slip: the maximum of the creep curve is found first."""
         coarse = Solver(self.threads, self.options)
         try:
             maximum = creep_maximum(problem, lambda point: coarse._solve(point, None), self._followed)
@@ -82,11 +79,10 @@ class Solver:
 
     def _attempt(self, problem: Problem, report: Report) -> Result:
         plan = make_plan(problem, alone=not self.options.sequence)
-        while True:
-            cold, hot = self._levels(plan, report)
-            if plan.widest or not (cold[-1].touches_rim or hot[-1].touches_rim):
-                break
+        cold, hot = self._levels(plan, report)
+        while not plan.widest and (cold[-1].touches_rim or hot[-1].touches_rim):
             plan = plan.wider()
+            cold, hot = self._levels(plan, report)
         # A coarser grid on which no steady state was found says nothing about the order in which errors fall.
         all_converged = hot is cold or all(level.state.converged for level in refining_both(hot)[-3:])
         result = result_of(plan, cold, hot, extrapolated=self.options.extrapolated and all_converged)

@@ -213,7 +213,19 @@ def coefficients(values: Array, aspect_ratio: float, poisson_ratio: float) -> Ar
     values = fill_holes(values)
     values = np.concatenate([values, np.hypot(values[0], values[1])[None]])
     _, t, a, b = values.shape
-    steep = _slopes_along_u(values, aspect_ratio, poisson_ratio) / 3.0
+    # Slopes per interval along u: at zero those of Kalker's coefficients.
+    c = creepage_coefficients(aspect_ratio, poisson_ratio)
+    per_x, per_y, per_z = scales(c)
+    x, y, z = directions(np.linspace(0.0, 1.0, a)[:, None], np.linspace(-1.0, 1.0, b)[None])
+    linear = np.stack([c.c11 / per_x * x, c.c22 / per_y * y - c.c23 / per_z * z, c.c23 / per_y * y + c.c33 / per_z * z])
+    linear /= (t - 1) * STEEPNESS_AT_ZERO
+    nodes, index = np.arange(t), [0, 1, 2, 4]
+    clamped, steep = np.concatenate([linear, np.hypot(linear[0], linear[1])[None]]), np.empty_like(values)
+    steep[index] = CubicSpline(nodes, values[index], axis=1, bc_type=((1, clamped), "not-a-knot"))(nodes, 1)
+    steep[3] = CubicSpline(nodes, values[3])(nodes, 1)
+    steep[3:, 1:] = _monotone(values[3:], steep[3:])[:, 1:]
+    steep[3, 0] = _monotone(values[3:4], steep[3:4])[0, 0]
+    steep /= 3.0
     # Values and slopes of a cubic at a node are two coefficients over knots that occur twice.
     along = np.moveaxis(np.stack([values - steep, values + steep], axis=2).reshape(5, 2 * t, a, b), 0, -1)
 
@@ -235,25 +247,6 @@ def _inner(continued: Array) -> Array:
     """Spline coefficients along the first axis from half a step before the real values to half a step after them."""
     spline = make_interp_spline(np.arange(len(continued)), continued)
     return np.asarray(spline.c[GHOSTS - 1 : 1 - GHOSTS])
-
-
-def _slopes_along_u(values: Array, aspect_ratio: float, poisson_ratio: float) -> Array:
-    """Slopes per interval at the values (5, T, A, B) along u: at zero those of Kalker's coefficients."""
-    _, t, a, b = values.shape
-    c = creepage_coefficients(aspect_ratio, poisson_ratio)
-    per_x, per_y, per_z = scales(c)
-    x, y, z = directions(np.linspace(0.0, 1.0, a)[:, None], np.linspace(-1.0, 1.0, b)[None])
-    linear = np.stack([c.c11 / per_x * x, c.c22 / per_y * y - c.c23 / per_z * z, c.c23 / per_y * y + c.c33 / per_z * z])
-    linear /= (t - 1) * STEEPNESS_AT_ZERO
-    nodes = np.arange(t)
-    clamped = np.concatenate([linear, np.hypot(linear[0], linear[1])[None]])
-    index = [0, 1, 2, 4]
-    slopes = np.empty_like(values)
-    slopes[index] = CubicSpline(nodes, values[index], axis=1, bc_type=((1, clamped), "not-a-knot"))(nodes, 1)
-    slopes[3] = CubicSpline(nodes, values[3])(nodes, 1)
-    slopes[3:, 1:] = _monotone(values[3:], slopes[3:])[:, 1:]
-    slopes[3, 0] = _monotone(values[3:4], slopes[3:4])[0, 0]
-    return slopes
 
 
 def _monotone(values: Array, steep: Array) -> Array:

@@ -80,7 +80,12 @@ class EllipseSolver:
 
 class _OneGrid:
     def __init__(self, aspect_ratio: float, poisson_ratio: float, shape: tuple[int, int]) -> None:
-        self.derived = derived = DerivedQuantities(_problem(aspect_ratio, poisson_ratio, shape))
+        g = aspect_ratio
+        ratio = math.sqrt(elliprd(0.0, 1.0 / g, g) / elliprd(0.0, g, 1.0 / g))  # of the curvatures along x and y (Hertz)
+        body, motion = Material(MODULUS, poisson_ratio), Motion(1.0, 1e-3, 0.0, 1.0, differential_slip=False)
+        self.derived = derived = DerivedQuantities(Problem(
+            body, body, Geometry(RADIUS / ratio, RADIUS * ratio, math.inf, math.inf), LOAD, Friction(FRICTION), motion,
+            Heating(heat=False, deformation=False), Numerics(shape)))
         discretisation = Discretisation(derived, shape, derived.problem.numerics.extent)
         self._pressure = pressure = discretisation.isothermal_pressure
         self.grid = grid = discretisation.grid
@@ -116,14 +121,3 @@ class _OneGrid:
                                derived.shear_compliance)
         fraction = min(max(float(sticking.sum() / self._covered.sum()), 0.0), 1.0)
         return np.array([tx.sum() * share, ty.sum() * share, moment, fraction]), solution
-
-
-def _problem(aspect_ratio: float, poisson_ratio: float, shape: tuple[int, int]) -> Problem:
-    """A contact with semi-axes of the given ratio."""
-    g = aspect_ratio
-    ratio = math.sqrt(elliprd(0.0, 1.0 / g, g) / elliprd(0.0, g, 1.0 / g))  # of the curvatures along x and y (Hertz)
-    body = Material(MODULUS, poisson_ratio)
-    geometry = Geometry(RADIUS / ratio, RADIUS * ratio, math.inf, math.inf)
-    motion = Motion(1.0, 1e-3, 0.0, 1.0, differential_slip=False)
-    return Problem(body, body, geometry, LOAD, Friction(FRICTION), motion, Heating(heat=False, deformation=False),
-                   Numerics(shape))

@@ -464,7 +464,14 @@ def _result(
             half = np.sqrt(student_t**2 * np.diag(covariance) + (moved @ error) ** 2 + moved**2 @ error**2)
             at_bound = (vector - ends[0] < AT_BOUND) | (ends[1] - vector < AT_BOUND)
             notes += _undetermined(free, vector, at_bound, half, correlation, lost, freedom)
-            notes += _of_either_sign(model, vector, rest * math.hypot(1.0, student_t / math.sqrt(freedom)) if freedom else rest)
+            # Values whose negative, in its range too, fits about as well.
+            most = rest * math.hypot(1.0, student_t / math.sqrt(freedom)) if freedom else rest
+            for k, one in enumerate(free):
+                value = one.value(vector[k])
+                if value != 0.0 and not one.logarithmic and one.low <= -value <= one.high:
+                    mirrored = np.where(np.arange(len(vector)) == k, -vector, vector)
+                    if np.linalg.norm(model.residuals(mirrored)) <= most:
+                        notes.append(f"the data do not determine the sign of {one.key}: {-value:.6g} fits as well")
             widest = np.array([one.widest for one in free])
             correlated = (np.abs(correlation - np.diag(np.diag(correlation))) > CORRELATED).any(axis=1)
             unknown = lost | at_bound | correlated | np.logical_not(half <= widest)
@@ -489,18 +496,6 @@ def _parameter(free: Free, number: float, half: float) -> Parameter:
     width = free.half_width(value, half)
     from_zero = free.logarithmic or width < abs(value)
     return Parameter(value, width, "not determined" if math.isnan(half) else "" if from_zero else "not told from 0")
-
-
-def _of_either_sign(model: _Model, vector: Array, most: float) -> list[str]:
-    """A warning for each value whose negative, in its range too, leaves residuals of a norm of `most` at most."""
-    notes = []
-    for k, one in enumerate(model.free):
-        value = one.value(vector[k])
-        if value != 0.0 and not one.logarithmic and one.low <= -value <= one.high:
-            mirrored = np.where(np.arange(len(vector)) == k, -vector, vector)
-            if np.linalg.norm(model.residuals(mirrored)) <= most:
-                notes.append(f"the data do not determine the sign of {one.key}: {-value:.6g} fits as well")
-    return notes
 
 
 def _covariance(jacobian: Array, rest: float, freedom: int) -> tuple[Array, Array, Mask]:

@@ -299,7 +299,14 @@ def sweep(
     if not isinstance(over, Mapping) and hasattr(over, "to_dict"):
         over = over.to_dict("records")
     listed = not isinstance(over, Mapping)
-    columns = _columns_of(over) if not isinstance(over, Mapping) else over
+    if isinstance(over, Mapping):
+        columns: Mapping[str, Iterable[Value]] = over
+    else:
+        if not over or any(set(point) != set(over[0]) for point in over):
+            raise ValueError("a list of points needs at least one, and the same keys in each of them")
+        columns = {key: _values_of(key, [point[key] for point in over]) for key in over[0]}
+        if len(set(zip(*columns.values(), strict=True))) < len(over):
+            raise ValueError("the same point occurs more than once")
     axes = tuple(Axis(key, _values_of(key, values)) for key, values in columns.items())
     for axis in axes:
         if not axis.values or (not listed and len(set(axis.values)) < len(axis.values)):
@@ -327,12 +334,3 @@ def _values_of(key: str, values: Iterable[Value]) -> tuple[Value, ...]:
         if not isinstance(value, bool | int | float | str):
             raise ValueError(f"values of {key} must be numbers, words or true and false, not {value!r}")
     return plain
-
-
-def _columns_of(points: Sequence[Mapping[str, Value]]) -> dict[str, tuple[Value, ...]]:
-    if not points or any(set(point) != set(points[0]) for point in points):
-        raise ValueError("a list of points needs at least one, and the same keys in each of them")
-    columns = {key: _values_of(key, [point[key] for point in points]) for key in points[0]}
-    if len(set(zip(*columns.values(), strict=True))) < len(points):
-        raise ValueError("the same point occurs more than once")
-    return columns
