@@ -236,11 +236,13 @@ def time_integral(
     return table
 
 
-def windows(x: Array, y: Array, aspect: float, along: Array, across: Array, tau: Array) -> Iterator[tuple[slice, slice, slice]]:
-    """Groups of the rising nodes `tau`, and the offsets along x and y that their Gaussians reach at the speeds `along` and
-    `across` of each."""
+def windows(
+    x: Array, y: Array, aspect: float, along: Array, across: Array, tau: Array, together: int = NODES_TOGETHER
+) -> Iterator[tuple[slice, slice, slice]]:
+    """Groups of `together` of the rising nodes `tau`, and the offsets along x and y that their Gaussians reach at the speeds
+    `along` and `across` of each."""
     breaks = np.searchsorted(tau, [SERIES_FROM, SERIES_FROM * aspect])
-    starts = np.unique(np.concatenate((np.arange(0, len(tau), NODES_TOGETHER), breaks, [len(tau)])))
+    starts = np.unique(np.concatenate((np.arange(0, len(tau), together), breaks, [len(tau)])))
     for some in map(slice, starts[:-1], starts[1:]):
         yield some, _window(x, 1.0, along[some], tau[some]), _window(y, aspect, across[some], tau[some])
 

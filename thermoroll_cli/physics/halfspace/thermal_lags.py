@@ -35,6 +35,8 @@ LONGEST_PANEL, LEAST_NODES, NODES_PER_LENGTH = 3.0, 3.0, 5.0
 """Length of panels in units of u = ln(sτ) + sτ (see `thermal`), and the number of Gauss's nodes on each."""
 FEWEST_DIGITS = 0.3
 """Least share of those nodes where the result counts little."""
+LIKE = 2**14
+"""Numbers of nodes times offsets that are computed together on small grids."""
 SMALLEST_WEIGHT = 1e-9
 """Share of the expansion that may be left out beyond the last y."""
 
@@ -70,7 +72,8 @@ def interval_tables(effects: Sequence[Effect], nx: int, ny: int, aspect: float, 
             along, across = ((drifts[of] + peclets[of] * (age - ages[of, 0])[:, None]) / (tau**2)[:, None]).T
             lengthwise, crosswise = np.zeros((len(together), len(tau), len(x))), np.zeros((len(tau), len(y)))
             order = np.argsort(tau)
-            for some, rows, columns in thermal.windows(x, y, aspect, along[order], across[order], tau[order]):
+            for some, rows, columns in thermal.windows(
+                    x, y, aspect, along[order], across[order], tau[order], max(thermal.NODES_TOGETHER, LIKE // len(x))):
                 nodes = order[some]
                 for g, effect in zip(lengthwise, together, strict=True):
                     spread = thermal.cell_moment if effect == "slope" else thermal.cell_average
