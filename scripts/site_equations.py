@@ -21,7 +21,9 @@ def on_page_content(content: str, **_: Any) -> str:
     """The page's HTML with every equation typeset, and with F_x and γ_st as letters with an index."""
     words = NOT_WORDS.split(EQUATION.sub(_typeset, content))
     # Of each three parts the first is text, the others are what it was split at, and the name of its tag.
-    return "".join(SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", words[i]) + "".join(words[i + 1 : i + 2]) for i in range(0, len(words), 3))
+    words[::3] = [SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", text) for text in words[::3]]
+    del words[2::3]
+    return "".join(words)
 
 
 def _typeset(found: re.Match[str]) -> str:

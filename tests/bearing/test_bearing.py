@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -409,6 +410,9 @@ def test_a_run_has_files_and_pictures(tmp_path: Path) -> None:
     assert {"bearing_loads.png", "bearing_axes.png", "bearing_patches.png"} <= {path.name for path in tmp_path.iterdir()}
     result = read_result(tmp_path / "bearing.h5")
     assert [each.name for each in result.contacts][:2] == ["ball_1_inner", "ball_1_outer"]
+    many = [f"ball_{number}_inner" for number in range(1, 12)]
+    replace(result, patches=tuple(replace(result.contacts[0], name=name) for name in many)).save(tmp_path / "many.h5")
+    assert [each.name for each in read_result(tmp_path / "many.h5").contacts] == many
     call("sweep", source, "--over", "bearing.load.radial_N=0,100", "-o", tmp_path / "s")
     header = (tmp_path / "s" / "sweep.csv").read_text().splitlines()[0].split(",")
     assert {"torque_Nmm", "uncertainty.torque_Nmm", "ball_1_inner.spin_to_roll"} <= {*header}

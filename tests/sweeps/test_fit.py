@@ -259,7 +259,7 @@ def test_a_value_within_its_error_of_zero_says_so():
     value = found.parameters["creepage.lateral"]
     assert found.converged and abs(value.value) < value.uncertainty_95 < 1e-3
     (note,) = (each for each in found.warnings if "do not tell creepage.lateral from 0" in each)
-    assert found.record()["parameters"]["creepage.lateral"]["doubt"] == "not told from 0"
+    assert found.record()["parameters"]["creepage.lateral"]["doubt"] == "not distinct from 0"
     assert note.endswith(f"{value.value:.3g} ± {value.uncertainty_95:.2g}")
 
 

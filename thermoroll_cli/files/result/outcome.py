@@ -17,6 +17,7 @@ import functools
 import json
 import math
 import os
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -180,7 +181,10 @@ def _result(tree: Node) -> Result:
     if "isothermal" in tree.nodes:
         isothermal = _state(tree.nodes["isothermal"], numbers_of(tree.nodes["isothermal"])[0])
     bodies = {body: _stresses(tree.nodes[body]) for body in BODIES if body in tree.nodes and tree.nodes[body].arrays}
-    contacts = {name: _result(patch) for name, patch in tree.nodes.get("patches", Node()).nodes.items()}
+    patched = tree.nodes.get("patches", Node()).nodes
+    # HDF5 lists ball_10_inner before ball_2_inner.
+    ordered = sorted(patched, key=lambda name: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)])
+    contacts = {name: _result(patched[name]) for name in ordered}
     residuals, lines = (tree.nodes.get(name, Node()).arrays for name in ("residuals", "lines"))
     plain = {name: _reader(kind).validate_json(str(tree.attributes[name])) if name in tree.attributes else kind()
              for name, kind in PLAIN.items()}

@@ -495,7 +495,7 @@ def _parameter(free: Free, number: float, half: float) -> Parameter:
     value = free.value(number)
     width = free.half_width(value, half)
     from_zero = free.logarithmic or width < abs(value)
-    return Parameter(value, width, "not determined" if math.isnan(half) else "" if from_zero else "not told from 0")
+    return Parameter(value, width, "not determined" if math.isnan(half) else "" if from_zero else "not distinct from 0")
 
 
 def _covariance(jacobian: Array, rest: float, freedom: int) -> tuple[Array, Array, Mask]:
