@@ -198,7 +198,7 @@ class Newton:
         shrink = np.where(size > most, most / np.where(size > 0.0, size, 1.0), 1.0)
         unknown = np.array([creepage[i] for i in self.free]) / self.creepage_unit
         traction = traction * (shrink * self.contact)
-        return self._iterate(traction, unknown, self._slip(traction, unknown))
+        return self._iterate(traction, unknown, self._slip_of(self.gradient(traction), traction, unknown))
 
     def finish(self, state: Iterate) -> tuple[Iterate, AnyArray, AnyArray, float, AnyArray]:
         """The last iterate with its slip recomputed (combined images accumulate rounding), the slip to report, (2, n, m), the
@@ -248,9 +248,6 @@ class Newton:
     def sticking(self, state: Iterate) -> Mask:
         """Elements that stick, (n, m): below their bound, and not sliding both ways about a neutral line."""
         return np.asarray(state.stick & self.contact & ~self.border.crossed)
-
-    def _slip(self, traction: AnyArray, unknown: AnyArray) -> AnyArray:
-        return self._slip_of(self.gradient(traction), traction, unknown)
 
     def _slip_of(self, gradient: AnyArray, traction: AnyArray, unknown: AnyArray) -> AnyArray:
         slip = self.problem.rigid_slip - gradient
