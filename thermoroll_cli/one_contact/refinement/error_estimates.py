@@ -258,7 +258,8 @@ class Resolution:
             case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
                 # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
                 slid = max(1.0 - self.sticking, self.hidden)
-                return SPREAD * (slid * self.narrow + self.unseen**1.5 + self.rim) + self.sticking * self.one_place
+                return SPREAD * (slid * self.narrow + self.unseen**1.5 + self.rim) + (
+                    self.sticking * self.one_place + self.strip * (2.0 * self.sticking + self.strip))  # Carter: F = μW (1 − γ²)
             case "expansion":
                 # Measured from the border of the contact, which is known to an element.
                 return 1.0 / self.elements
@@ -315,12 +316,17 @@ class Resolution:
         return min(1.0 / self.elements, self.carried) if self.derived.problem.line else 0.0
 
     @property
+    def strip(self) -> float:
+        """The part of that by a strip of a few elements that sticks along the leading edge of a line contact; 0 of others."""
+        if not (self.derived.problem.line and self.sticking):
+            return 0.0
+        return 1.0 / (self.elements * max(1.0, self.sticking * self.elements) ** 2)
+
+    @property
     def thin(self) -> float:
         """Error of the share that sticks of a line contact by a zone of a few elements that sticks, or that slips: its border
         lies at one place of an element; 0 of others."""
-        if not self.derived.problem.line:
-            return 0.0
-        return 1.0 / (self.elements * max(1.0, self.sticking * self.elements) ** 2) + self.hidden / max(1.0, self.slipping) ** 2
+        return self.strip + self.hidden / max(1.0, self.slipping) ** 2
 
     @property
     def rim(self) -> float:
