@@ -11,8 +11,9 @@ import numpy as np
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
-from thermoroll_cli.many_contacts.bearing.bearing_result import BearingSolver, bearing_warnings
+from thermoroll_cli.many_contacts.bearing.bearing_result import BearingPlan, BearingSolver, bearing_warnings
 from thermoroll_cli.many_contacts.bearing.bearing_result import facts_of as facts_of_bearing
+from thermoroll_cli.many_contacts.bearing.bearing_result import plan_of as plan_of_bearing
 from thermoroll_cli.many_contacts.history.course import History
 from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan, plan_of, warnings_of
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
@@ -41,12 +42,12 @@ class Kind:
     - `solver`: an object whose `solve(problem, report=…)` returns results, each begun from those before;
     - `warnings`: those that need no solution;
     - `facts`: numbers known before solving, in the units of their names;
-    - `plan`: of a contact, which stages run, and over time its steps."""
+    - `plan`: of a contact, which stages run, and over time its steps; of a bearing, how many contacts are solved."""
 
     solver: Callable[[int, SolverOptions | None], Any]
     warnings: Callable[[Any], Iterable[str]]
     facts: Callable[[Any], Mapping[str, float]]
-    plan: Callable[[Any], Plan | HistoryPlan] | None = None
+    plan: Callable[[Any], Plan | HistoryPlan | BearingPlan | None] | None = None
 
 
 def _contact_warnings(problem: Problem) -> Iterable[str]:
@@ -62,7 +63,7 @@ def _history_facts(history: History) -> Mapping[str, float]:
 KINDS: dict[type[Task], Kind] = {
     Problem: Kind(refinement.Solver, _contact_warnings, lambda problem: make_plan(problem).facts, make_plan),
     WheelsetProblem: Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of),
-    BearingProblem: Kind(lambda threads, options: BearingSolver(threads), bearing_warnings, facts_of_bearing),
+    BearingProblem: Kind(lambda threads, options: BearingSolver(threads), bearing_warnings, facts_of_bearing, plan_of_bearing),
     History: Kind(HistorySolver, warnings_of, _history_facts, plan_of),
 }
 """The kinds of problems that a case may describe."""

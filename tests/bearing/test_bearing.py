@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -401,6 +402,14 @@ def test_friction_may_rise_from_zero() -> None:
     film = case(**FEW | {"load__friction_coefficient": 0.0}, friction={"law": "table", "table": [[0.0, 0.0], [1e-4, 0.05]]})
     result, dry = solve(film), solve(case(**FEW))
     assert result.converged and result["torque_Nmm"] == pytest.approx(dry["torque_Nmm"], rel=0.02)
+
+
+def test_show_has_a_plan(tmp_path: Path) -> None:
+    for load, kinds, words in ((0.0, 1, "all balls alike"), (5000.0, 9, "9 kinds of balls")):
+        (tmp_path / "bearing.toml").write_text(tomli_w.dumps(case(bearing__load__radial_N=load)))
+        record = json.loads(call("show", tmp_path / "bearing.toml", "--json").stdout)
+        assert record["kinds_of_balls"] == kinds and record["contact_solves"] >= 26 * kinds and record["grid"] == [16, 16]
+        assert words in call("show", tmp_path / "bearing.toml").stdout
 
 
 def test_a_run_has_files_and_pictures(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,9 +20,10 @@ from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
 from thermoroll_cli.many_contacts.history.course import History
+from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
 from thermoroll_cli.many_contacts.history.kept_steps import journal_of
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
-from thermoroll_cli.one_contact.refinement.plan import COARSEST
+from thermoroll_cli.one_contact.refinement.plan import COARSEST, Plan
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
@@ -115,8 +116,12 @@ def _run_case(
 ) -> int:
     task = case.task
     plan = KINDS[type(task)].plan
-    progress = Progress(case.name, quiet=to.quiet, verbose=verbose,
-                        steps=tuple if plan is None else lambda: plan(task).steps,
+
+    def known_steps() -> Sequence[Any]:
+        planned = None if plan is None else plan(task)
+        return planned.steps if isinstance(planned, Plan | HistoryPlan) else ()
+
+    progress = Progress(case.name, quiet=to.quiet, verbose=verbose, steps=known_steps,
                         at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
     so_far: Callable[[], Result] | None = None
     steps = to.folder / f"{case.name}_history.jsonl"

@@ -10,6 +10,7 @@ from thermoroll_cli.files.case import Case, shown
 from thermoroll_cli.files.history_file import history_words
 from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.files.relaxation_file import series_words
+from thermoroll_cli.many_contacts.bearing.bearing_result import BearingPlan
 from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
 from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
 from thermoroll_cli.one_contact.refinement.plan import Plan
@@ -64,6 +65,9 @@ def show(
             "upper_bound": task.contact.numerics.accuracy is not None}
         if isinstance(plan, Plan):
             planned |= {"run": plan.run, "skipped": plan.skipped, "grid": plan.sides}
+        elif isinstance(plan, BearingPlan):
+            planned |= {"run": plan.contact.run, "skipped": plan.contact.skipped, "grid": plan.contact.sides,
+                        "kinds_of_balls": plan.kinds, "contact_solves": plan.contact_solves}
         elif plan is not None:
             planned |= {"grids": [{"grid": shape, "steps": counts} for shape, counts in plan.sides],
                         "applications": plan.applications, "heat_memory_bytes": plan.past_bytes}
@@ -88,7 +92,9 @@ def show(
         upto = f" at most, until {asked} are good to {numerics.accuracy:g}" if numerics.accuracy is not None else ""
         pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
         seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core
-        lines += "plan", *(_stages(plan, upto, width) if isinstance(plan, Plan) else _steps(plan, upto)), (
+        steps = _stages(plan, upto, width) if isinstance(plan, Plan) else (
+            _balls(plan, upto, width) if isinstance(plan, BearingPlan) else _steps(plan, upto))
+        lines += "plan", *steps, (
             f"  {'at most ' if upto else ''}about {_memory(read, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}")
     streams.write(
         *lines, *(line for warning in warnings for line in folded(f"warning: {warning}", width)))
@@ -98,6 +104,13 @@ def _stages(plan: Plan, upto: str, width: int) -> list[str]:
     """Stages that run or are skipped, and the grid."""
     steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
     return [*with_remarks(steps, width), f"  grid {'×'.join(map(str, plan.sides))}{upto}"]
+
+
+def _balls(plan: BearingPlan, upto: str, width: int) -> list[str]:
+    """Stages and grid of a contact, and how many are solved."""
+    alike = "all balls alike" if plan.kinds == 1 else f"{plan.kinds} kinds of balls by their loads"
+    return [*_stages(plan.contact, upto, width), f"  {alike} at rest, with two contacts each; about {plan.contact_solves} "
+            "contacts are solved"]
 
 
 def _steps(plan: HistoryPlan, upto: str) -> list[str]:
@@ -112,15 +125,17 @@ def _finite(value: Any) -> Any:
     return "inf" if value == float("inf") else value
 
 
-def _memory(case: Case, plan: Plan | HistoryPlan) -> int:
+def _memory(case: Case, plan: Plan | HistoryPlan | BearingPlan) -> int:
     """Memory of the whole process in bytes, 100 MiB of it for Python and libraries, 105 MiB for drawing: pictures are drawn
     when the solver's arrays are still there."""
     return plan.memory_bytes + (100 + (0 if case.plots == "none" else 105)) * 2**20
 
 
-def _picture_seconds(plots: str, contact: Problem, plan: Plan | HistoryPlan) -> float:
+def _picture_seconds(plots: str, contact: Problem, plan: Plan | HistoryPlan | BearingPlan) -> float:
     """Time for loading matplotlib and for each picture, on one core: four of every run, two of heat, one of profiles;
     or the summary alone; and that of a course over time."""
+    if isinstance(plan, BearingPlan):
+        plan = plan.contact
     heated = plan.runs("heat") if isinstance(plan, Plan) else bool(plan.past_bytes)
     count = 4 + (2 if heated else 0) + (not contact.geometry.elliptic) + isinstance(plan, HistoryPlan)
     return {"none": 0.0, "summary": 0.7}.get(plots, 0.5 + 0.2 * count)

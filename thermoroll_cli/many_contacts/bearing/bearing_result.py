@@ -6,7 +6,7 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from thermoroll_cli.many_contacts.bearing.bearing_problem import AXIAL, RADIAL, 
 from thermoroll_cli.many_contacts.bearing.placement import Placement
 from thermoroll_cli.many_contacts.bearing.solve_bearing import INTEGRALS, Ball, BearingSearch, SolvedBearing
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
+from thermoroll_cli.one_contact.refinement.plan import Plan, make_plan
 from thermoroll_cli.problem.names import BALL_SCALARS, BEARING_SCALARS, GROUPS, SCALARS, TOGETHER
 from thermoroll_cli.problem.problem import Numerics
 from thermoroll_cli.problem.result import Result, State
@@ -83,6 +84,46 @@ def facts_of(problem: BearingProblem) -> dict[str, float]:
         "axial_play_um": 2e6 * distance * math.sin(angle),
         "ball_mass_kg": problem.mass,
     }
+
+
+SOLVES, COMMON = 50, 1.5
+"""Contacts that are solved for the axis of a ball, 26 to 80 in bearings under thrust and combined loads; and times as many with
+a common cage."""
+
+
+@dataclass(frozen=True)
+class BearingPlan:
+    """Before anything is solved: the plan of the contact with the largest load, how many kinds of balls have loads and angles
+    of their own at rest, about how many contacts are solved, and the time (s, one core) and the memory (bytes) of all."""
+
+    contact: Plan
+    kinds: int
+    contact_solves: int
+    seconds: float
+
+    @property
+    def memory_bytes(self) -> int:
+        return 2 * self.kinds * self.contact.memory_bytes
+
+
+def plan_of(problem: BearingProblem) -> BearingPlan | None:
+    """The plan of a bearing; None if nothing is loaded at rest."""
+    search = BearingSearch(problem, 1, lambda stage, info: None)
+    balls = search.at_rest()
+    if not balls or search.placement.reason:
+        return None
+    ball, axes = balls[0], 0
+    if problem.balances:
+        axes = round(SOLVES * (COMMON if problem.common_cage else 1.0) * len(balls))
+    motion = problem.race_control(ball.angles, problem.controlling) if problem.rolls else np.array(
+        [problem.speeds[0] - 1.0, 0.0, 0.0, 0.0])
+    contacts = [problem.contact_problem(contact, "inner", float(ball.angles[0]), float(ball.loads[0]), motion)
+                for contact in (search.whole, search.stages()[0][0])]
+    if not problem.rolls:
+        contacts[0] = replace(contacts[0], motion=search.whole.motion)
+    whole, rough = map(make_plan, contacts)
+    results = 2 * len(balls)
+    return BearingPlan(whole, len(balls), axes + results, axes * rough.seconds + results * whole.seconds)
 
 
 def result_of(solved: SolvedBearing) -> Result:

@@ -146,22 +146,18 @@ class BearingSearch:
             if (reason := self.placement.reason) or np.abs(self.cage - before).max() <= 1e-11 * np.abs(self.cage).max():
                 break
         self._gather()
-        contact = self.problem.contact
         if self.problem.balances and not reason:
             if self.before is not None:
                 self._continue(self.before)
-            for stage, tolerance in self._stages()[-1 if self.before is not None else 0 :]:
+            for stage, tolerance in self.stages()[-1 if self.before is not None else 0 :]:
                 reason = self._balance(stage, tolerance)
-        whole = contact if self.problem.rolls else replace(
-            contact, friction=replace(contact.friction, coefficient=0.0, law=None), motion=Motion(1.0, differential_slip=False),
-            heating=replace(contact.heating, heat=False, deformation=False))
         for ball in self.balls:
             if not ball.loaded or self.placement.reason:
                 ball.contacts = {}
                 continue
             # From nothing, so that it is the result of the same contact alone.
             ball.solvers = {}
-            self._solve(ball, whole)
+            self._solve(ball, self.whole)
             ball.integrals = {ring: {name: solved.result[name] for name in INTEGRALS}
                               for ring, solved in ball.contacts.items() if self.problem.rolls}
         solved = SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
@@ -172,6 +168,21 @@ class BearingSearch:
             solved.settled = self._with_forces(None)
             solved.coarser = tuple(self._with_forces(-n) for n in range(min(grids, 3), 0, -1))
         return solved
+
+    @property
+    def whole(self) -> Problem:
+        """What is asked of each contact; of rings at rest only what the load does."""
+        contact = self.problem.contact
+        return contact if self.problem.rolls else replace(
+            contact, friction=replace(contact.friction, coefficient=0.0, law=None), motion=Motion(1.0, differential_slip=False),
+            heating=replace(contact.heating, heat=False, deformation=False))
+
+    def at_rest(self) -> list[Ball]:
+        """The loaded balls as placed without centrifugal forces and friction, those alike as one, the largest load first."""
+        self.cage = np.zeros(self.problem.balls)
+        self.placement = self._placed(first=True)
+        self._gather()
+        return [ball for ball in self.balls if ball.loaded]
 
     def _continue(self, before: BearingSearch) -> None:
         """Begin with the axes, the slopes and, in proportion, the friction of the balls of another bearing."""
@@ -195,7 +206,7 @@ class BearingSearch:
         for ball in self.balls:
             self._put(ball)
 
-    def _stages(self) -> list[tuple[Problem, float]]:
+    def stages(self) -> list[tuple[Problem, float]]:
         """The problems of contacts with which the balance is sought: a friction that falls with slip is followed from constant
         friction; then roughly, without heat unless friction depends on it; then as asked for, but for stresses below."""
         contact = replace(self.problem.contact, subsurface=None)
