@@ -134,6 +134,13 @@ def test_numbers_that_are_not_there_are_left_out(tmp_path: Path) -> None:
     assert "temperature" not in text.partition("Method")[0] and "The case file" not in text and " nan" not in text
 
 
+def test_a_line_contact_shows_each_curve_once() -> None:
+    case = tomllib.loads(call("init", "--template", "line-contact", "-").stdout)
+    case["numerics"] = {"grid": 32}
+    section = report.of_result(solve(Case.from_dict(case)), "")
+    assert [picture.name for picture in section.pictures] == ["centreline"]
+
+
 def test_a_bearing_has_a_table_of_its_balls(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the names of its columns; its contacts lie on rings, not on rails."""
     monkeypatch.setattr(report, "pictures_of", lambda draw: ())

@@ -248,7 +248,7 @@ def test_validate_checks_the_keys_of_positions(tmp_path: Path) -> None:
     case = ONE.with_values({"wear.positions": [[0.7, A], [0.3, {YAW: 900.0}]]})
     (tmp_path / "m.toml").write_text(case.to_toml())
     done = call("validate", "m.toml", cwd=tmp_path)
-    for word in ("m.toml: wear.positions, number 2", f"{YAW} = 900", "allowed", "150"):
+    for word in ("m.toml: wear.positions, number 2", f"{YAW} = 900", "allowed", "500"):
         assert done.returncode == 3 and word in done.stderr, done.stderr
 
 

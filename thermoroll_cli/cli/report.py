@@ -164,6 +164,8 @@ def of_result(result: Result, name: str) -> Section:
     kinds = [kind for kind in kinds_of(result) if kind != "summary"]  # the report is one
     kinds += ["traction"] if result.assembly == "wheelset" else []
     problem, work, skipped = result.problem, result.work, result.work.get("skipped", {})
+    if not result.assembly and problem.line:    # whose cut along rolling has the curves of all its fields
+        kinds = [kind for kind in kinds if kind not in ("pressure", "traction", "heat_flux", "temperature")]
     if result.assembly:
         count = len(result.contacts)
         what = [f"A {result.assembly}{' on its track' if result.assembly == 'wheelset' else ''}, with {count} "

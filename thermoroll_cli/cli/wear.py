@@ -72,7 +72,7 @@ def wear(
 
         return page.Section(
             read.settings.title or read.name,
-            [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} steps."], done.reason,
+            [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} step{'' if steps == 1 else 's'}."], done.reason,
             tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in values],
                                ("after the last step", "value", "unit", "name"), values=(1, 2), names=(3,))],
             pictures=page.pictures_of(lambda folder, kinds: [_draw(done, folder / f"wear.{kind}") for kind in kinds]),
