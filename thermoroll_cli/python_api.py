@@ -141,5 +141,6 @@ def conicity(
         raise ValueError("amplitudes are numbers above 0 up to 50 mm")
     task = Case.of(case).task
     if not isinstance(task, WheelsetProblem):
-        raise Unsolvable("a single contact has no equivalent conicity", "geometry", "[track] and [wheelset] in place of it")
+        what, key = ("a ball bearing", "bearing") if isinstance(task, BearingProblem) else ("a single contact", "geometry")
+        raise Unsolvable(f"{what} has no equivalent conicity", key, "[track] and [wheelset] in place of it")
     return conicity_of(task, 1e-3 * np.array(amplitudes_mm, dtype=float))

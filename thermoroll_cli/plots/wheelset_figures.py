@@ -173,13 +173,15 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
     at = table[over]
     figure = style.new_figure(style.DOUBLE, 1.6 * style.SINGLE)
     places, radii, forces = figure.subplots(3, 1, sharex=True)
-    for side, colour, marker in zip(("left", "right"), (style.BEFORE, style.AFTER), ("o", "s"), strict=True):
+    # Contacts of both rails may lie at one place: open squares show the discs inside.
+    for side, colour, marker, filled in (("left", style.BEFORE, "o", True), ("right", style.AFTER, "s", False)):
+        face = {"color": colour, "linewidths": 0.0} if filled else {"facecolors": "none", "edgecolors": colour}
         names = [name.removesuffix(PLACE) for name in table if name.startswith(side) and name.endswith(PLACE)]
         largest = max((float(np.nanmax(table[f"{name}.normal_N"])) for name in names), default=1.0)
         for name in names:
             size = 4.0 + 32.0 * np.nan_to_num(table[f"{name}.normal_N"]) / largest
-            places.scatter(at, table[name + PLACE], s=size, color=colour, marker=marker, linewidths=0.0)
-        places.plot([], [], marker, color=colour, label=f"{side} rail")
+            places.scatter(at, table[name + PLACE], s=size if filled else 1.6 * size, marker=marker, **face)
+        places.plot([], [], marker, color=colour, fillstyle="full" if filled else "none", label=f"{side} rail")
         for direction, line in (("y", "-"), ("x", "--")):
             if (force := f"track_force_{direction}_{side}_N") in table:
                 forces.plot(at, 1e-3 * table[force], line, marker=".", color=colour, label=f"{side}, along {direction}")
