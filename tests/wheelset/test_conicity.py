@@ -173,3 +173,18 @@ def test_what_has_no_conicity_is_refused(tmp_path, case, more, code, words):
     if code == 3:
         with pytest.raises((CaseError, ValueError), match="no equivalent conicity"):
             conicity(case if not more else tables(A, A, wheels="right"))
+
+
+def test_amplitudes_that_no_motion_has_are_not_called_beyond_the_profiles() -> None:
+    """A hollow wheelset swings on one side of the middle, or around both sides with more than twice that amplitude."""
+    folder = FOLDER.parent / "wheelset"
+    found = conicity({
+        "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28}, "load": {"friction_coefficient": 0.3},
+        "rolling": {"speed_m_s": 1.0},
+        "track": {"gauge_mm": 1431.889, "cant": 0.025, "rail_profile": {"file": str(folder / "uic60_true.prr")}},
+        "wheelset": {"wheel_profile": {"file": str(folder / "worn_high_mileage.prw")}, "nominal_radius_mm": 460.0,
+                     "vertical_N": 1e5, "flange_back_distance_mm": 1347.4, "flange_back_mm": 0.0},
+    }, [2.0, 4.2, 4.6, 8.3])  # fmt: skip
+    assert np.isnan(found.conicity).tolist() == [False, True, True, False]
+    assert any("no motion has an amplitude of 4.2 to 4.6 mm" in warning for warning in found.warnings)
+    assert not any("beyond the profiles" in warning for warning in found.warnings)

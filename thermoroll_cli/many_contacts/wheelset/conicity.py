@@ -85,7 +85,7 @@ Contacts = dict[SideName, Touch]
 @dataclass(frozen=True)
 class Conicity:
     """Equivalent conicity of a wheelset on a track, in SI units: `shifts` y and the `contacts` of each, and the `conicity`
-    tan γ_e and the `wavelength` λ at the `amplitudes` A, nan where an amplitude is beyond the profiles."""
+    tan γ_e and the `wavelength` λ at the `amplitudes` A, nan where an amplitude is beyond the profiles, or no motion has it."""
 
     problem: WheelsetProblem
     shifts: Array
@@ -330,11 +330,16 @@ def _warnings(found: Conicity) -> Iterator[str]:
             places = ", ".join(f"{1e3 * shifts[k]:.3g}" for k in jumps)
             yield (f"the contact of the {side} wheel jumps at shifts of {places} mm; "
                    f"at {1e3 * shifts[most]:.3g} mm the difference of the rolling radii by {1e3 * steps[most]:.2g} mm")
-    missing = [1e3 * a for a, length in zip(found.amplitudes, found.wavelength, strict=True) if math.isnan(length)]
-    if missing:
+    missing, reach = found.amplitudes[np.isnan(found.wavelength)], found._potential.reach
+    beyond, between = 1e3 * missing[missing > reach], 1e3 * missing[missing <= reach]
+    if len(beyond):
         low, high = (1e3 * end for end in found._potential.ends(found._potential.most))
-        yield (f"amplitudes from {min(missing):.3g} mm on are beyond the profiles: the wheelset swings between shifts of "
+        yield (f"amplitudes from {beyond.min():.3g} mm on are beyond the profiles: the wheelset swings between shifts of "
                f"{low:.3g} and {high:.3g} mm at most, where a profile ends, a flange climbs, or no wheel is larger any more")
+    if len(between):
+        span = f"{between.min():.3g} mm" if len(between) == 1 else f"{between.min():.3g} to {between.max():.3g} mm"
+        yield (f"no motion has an amplitude of {span}: the wheelset swings to one side of a shift that drives it away, or "
+               "around that shift with a larger amplitude")
     if abs(found._potential.middle) > STEP:
         yield f"the rolling radii are equal at a lateral shift of {1e3 * found._potential.middle:.3g} mm"
 

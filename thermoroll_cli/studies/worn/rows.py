@@ -91,10 +91,11 @@ class FixedRows:
         return wide.covering(*self.ends)
 
     def averages(self, edges: Array, values: Array) -> Array:
-        """`values` between `edges` (m), averages over whatever there is, as averages over the rows: their area is kept. Between
-        edges it is a monotonous spline, for narrower rows must not make stairs of wider ones."""
+        """`values` ≥ 0 between `edges` (m), averages over whatever there is, as averages over the rows: their area is kept.
+        Between edges it is a monotonous spline, for narrower rows must not make stairs of wider ones."""
         area = scipy.interpolate.PchipInterpolator(edges, np.concatenate([[0.0], np.cumsum(values * np.diff(edges))]))
-        return np.asarray(np.diff(area(np.clip(self.edges, edges[0], edges[-1]))) / self.size)
+        # The spline rises but for rounding.
+        return np.maximum(np.diff(area(np.clip(self.edges, edges[0], edges[-1]))), 0.0) / self.size
 
 
 def worn_profile(surface: Surface, profile: Profile | None, rows: FixedRows, depth: Array) -> Profile:
