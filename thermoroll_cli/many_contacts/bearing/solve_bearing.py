@@ -54,6 +54,8 @@ SHORTER, LONGER = 0.4, 4.0
 TELLS, NEAR = 0.005, 0.3
 """Changes of a creepage, in the unit of steps, above which a step tells slopes, and not what solutions leave open; and up to
 which one that failed does."""
+STILL = 1e-9
+"""Change of a creepage in the same unit that is rounding."""
 DIFFERENCE = 0.04
 """Change of a creepage by which slopes are found, in the same unit."""
 NEARLY = 0.01
@@ -464,7 +466,14 @@ class BearingSearch:
             ball.motion, self.placement, self.on_balls[where], self.on_ring[where] = motion, placement, on_ball, on_ring
             self.cage[where] = ball.motion[0]
             self._put(ball)
-            ball.contacts, share = contacts, SHORTER * share
+            ball.contacts = contacts
+            moved = [np.abs(self.problem.creepages(ring, float(angle), ball.motion) - contacts[ring].creepages)
+                     for ring, angle in zip(RINGS, ball.angles, strict=True)]
+            if all((each <= STILL * self.unit(ball, ring)).all() for ring, each in zip(RINGS, moved, strict=True)):
+                share = SHORTER * share
+            elif ball.loaded:
+                # The friction of other balls has turned the contacts since they were solved: what was left is an estimate.
+                self._solve(ball, contact)
 
     def _balance(self, contact: Problem, tolerance: float) -> str:
         """Rounds over all balls until nothing changes; else why not."""
