@@ -467,11 +467,11 @@ class BearingSearch:
             self.cage[where] = ball.motion[0]
             self._put(ball)
             ball.contacts = contacts
-            moved = [np.abs(self.problem.creepages(ring, float(angle), ball.motion) - contacts[ring].creepages)
-                     for ring, angle in zip(RINGS, ball.angles, strict=True)]
-            if all((each <= STILL * self.unit(ball, ring)).all() for ring, each in zip(RINGS, moved, strict=True)):
+            turned = max(float(np.abs((self.problem.creepages(ring, float(angle), ball.motion) - contacts[ring].creepages)
+                                      / self.unit(ball, ring)).max()) for ring, angle in zip(RINGS, ball.angles, strict=True))
+            if turned <= STILL or not ball.loaded:
                 share = SHORTER * share
-            elif ball.loaded:
+            else:
                 # The friction of other balls has turned the contacts since they were solved: what was left is an estimate.
                 self._solve(ball, contact)
 
