@@ -27,9 +27,10 @@ from thermoroll_cli.physics.numerics.roots import RisingRoot
 from thermoroll_cli.problem.problem import Numerics
 from thermoroll_cli.tools.arrays import Array
 
-MOST_ROUNDS, MIXED_ROUNDS, NEARLY_ROUNDS = 32, 8, 20
-"""Rounds at most; with all unknowns mixed; and from which on a change of `ROUGH` counts as an error, not as a failure: patches
-that come and go, and approaches that jump with the places of the elements, leave no state that is met more closely."""
+MOST_ROUNDS, MIXED_ROUNDS, NEARLY_ROUNDS, LAST_ROUNDS = 32, 8, 20, 26
+"""Rounds at most; with all unknowns mixed; and from which on a change of `ROUGH`, and of `NEARLY`, counts as an error, not as a
+failure: patches that come and go, and approaches that jump with the places of the elements, leave no state that is met more
+closely, and not every round is as close as others."""
 ROUGHLY, NEARLY, ROUGH, FINE = 2e-2, 1e-2, 1e-3, 1e-4
 """On a rough grid and on the wanted one: change of the vertical force over the load from round to round with which patches are
 known, and what is unbalanced then: torque about the axle over radius and friction limit, or traction over that limit. If the
@@ -239,7 +240,7 @@ class _Search:
             forward, torque = -sum(patch.force[0] for patch in self.patches), sum(patch.torque for patch in self.patches)
             unbalanced = self._unbalanced(forward, torque, self._limit) if problem.finds_speed else 0.0
             self.left = max(self.drift, abs(unbalanced))
-            known = self.left <= (tolerance if turn < NEARLY_ROUNDS else ROUGH)
+            known = self.left <= (tolerance if turn < NEARLY_ROUNDS else ROUGH if turn < LAST_ROUNDS else NEARLY)
             if known and problem is self.problem:
                 return ""
             if self.drift <= tolerance and self._exceeds_friction:
