@@ -120,7 +120,9 @@ class CurvedPatch(ContactGeometry):
 
     def along(self, depth: float, y: Array) -> tuple[float, float]:
         columns = self._at(y)
-        half = np.sqrt(2.0 * np.maximum(depth - self.across(y), 0.0) / columns[4])
+        # The gap opens along as at an inclination of 75° at least: at the end of a profile its fit may not.
+        curvature = np.maximum(columns[4], 0.25 * columns[4].max())
+        half = np.sqrt(2.0 * np.maximum(depth - self.across(y), 0.0) / curvature)
         return float((columns[3] - half).min()), float((columns[3] + half).max())
 
     def gap(self, x: Array, y: Array) -> Array:
