@@ -39,6 +39,8 @@ from thermoroll_cli.tools.arrays import AnyArray, Array, Mask
 
 FIRST_REDUCTION = 0.1
 """Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""
+ANEW = 1e8
+"""Growth of the squared residual from step to step that no contact has: the step before ended in rounding."""
 PRESSURE_SHARE = 0.005
 """Weight of the relative pressure error in the residual below stiff coatings, where short waves hardly move the surface."""
 BORDER_PASSES = 3
@@ -234,7 +236,8 @@ class NormalSolver:
             if rz <= 0.0:  # the circulant inverse is only nearly positive: plain CG for this step
                 z, rz_old = residual, 0.0
                 rz = float(np.vdot(residual, z))
-            direction = z + direction * (rz / rz_old) if rz_old else z
+            # From a residual that is mere rounding, as from none, it begins anew.
+            direction = z + direction * (rz / rz_old) if rz < ANEW * rz_old else z
             if rz <= 0.0:
                 break  # a contact of one element: its pressure follows from the load
             rz_old = rz
