@@ -10,7 +10,7 @@ import pytest
 from tests.support.cases import Case
 from tests.support.command_line import call
 from thermoroll_cli.files.case import CaseError
-from thermoroll_cli.files.relaxation_file import read_series, series_words
+from thermoroll_cli.files.relaxation_file import read_series
 from thermoroll_cli.problem.relaxation import modulus_at
 
 SERIES = ((0.30, 1e-4), (0.25, 1e-3), (0.20, 1e-2))
@@ -54,7 +54,7 @@ def test_a_series_is_found_again(tmp_path: Path) -> None:
         once, again = (modulus_at([(share, time) for share, time in series], 2.0 * np.pi * frequency)
                        for series in (SERIES, found.content))
         assert abs(again / once - 1.0) < 0.06
-    assert "25 frequencies from 0.1 to 1e+05 Hz" in series_words(found.record())
+    assert "25 frequencies from 0.1 to 1e+05 Hz" in found.words(found.record())
 
 
 @pytest.mark.parametrize("header", ["Frequency [Hz];E' (MPa);tan δ", "Freq (rad/s),E′ [MPa],tan(delta) [-]",

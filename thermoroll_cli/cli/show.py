@@ -7,9 +7,6 @@ from typing import Any
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align, folded, with_remarks
 from thermoroll_cli.files.case import Case, shown
-from thermoroll_cli.files.history_file import history_words
-from thermoroll_cli.files.profile_file import reading_words
-from thermoroll_cli.files.relaxation_file import series_words
 from thermoroll_cli.many_contacts.bearing.bearing_result import BearingPlan
 from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
 from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
@@ -79,10 +76,8 @@ def show(
     table += [(f"  {item.key}", shown(item.value), item.shown_si) for item in read.inputs if item.key != "title"]
     lines = [*folded(read.name + (f" ({title})" if title else ""), width, indent=""), *(line[2:] for line in align(table))]
     if read.profiles:
-        words = {"times": series_words, "keys": history_words}
         lines += "files as they were read", *with_remarks(
-            [(key, next((write for name, write in words.items() if name in record), reading_words)(record))
-             for key, record in read.profiles.items()], width)
+            [(key, read.readings[key].words(record)) for key, record in read.profiles.items()], width)
     meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS
     lines += "known before solving", *with_remarks(
         [(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width)

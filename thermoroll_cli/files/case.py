@@ -30,9 +30,8 @@ from thermoroll_cli.files.case_source import (
     read_source,
 )
 from thermoroll_cli.files.case_wheelset import wheelset_of
-from thermoroll_cli.files.history_file import RecordOverTime
+from thermoroll_cli.files.csv_table import FromFile
 from thermoroll_cli.files.profile_file import Reading
-from thermoroll_cli.files.relaxation_file import MeasuredSeries
 from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.many_contacts.history.course import History
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
@@ -60,7 +59,7 @@ class Case:
     name: str = field(compare=False)
     text: str = field(compare=False)
     settings: model.Settings
-    readings: Mapping[str, Reading | MeasuredSeries | RecordOverTime] = field(default_factory=dict, compare=False)
+    readings: Mapping[str, Reading | FromFile] = field(default_factory=dict, compare=False)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:

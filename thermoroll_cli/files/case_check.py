@@ -25,10 +25,11 @@ from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.case_wheelset import OutlineTable
-from thermoroll_cli.files.history_file import RecordOverTime, read_history
+from thermoroll_cli.files.csv_table import FromFile
+from thermoroll_cli.files.history_file import read_history
 from thermoroll_cli.files.positions_file import read_positions
 from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
-from thermoroll_cli.files.relaxation_file import MeasuredSeries, read_series
+from thermoroll_cli.files.relaxation_file import read_series
 from thermoroll_cli.files.spellings import factor_of, meant, unit_in
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
@@ -76,7 +77,7 @@ _MESSAGES = {
 """Kinds of pydantic's errors, in our words."""
 
 
-def validate(source: CaseSource) -> tuple[Settings, dict[str, Reading | MeasuredSeries | RecordOverTime]]:
+def validate(source: CaseSource) -> tuple[Settings, dict[str, Reading | FromFile]]:
     """The settings of a case with all defaults filled in, and by the keys of their tables the profiles that were read from
     files. Raises CaseError with all errors of the case."""
     checker = _Checker(source)
@@ -89,7 +90,7 @@ class _Checker:
         self.content = source.content
         self.findings: list[Finding] = []
         self.sections: dict[str, Any] = {}
-        self.readings: dict[str, Reading | MeasuredSeries | RecordOverTime] = {}
+        self.readings: dict[str, Reading | FromFile] = {}
 
     def settings(self) -> Settings:
         self._unknown_in((), (key for key in self.content if key not in Settings.model_fields))

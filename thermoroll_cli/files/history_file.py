@@ -11,11 +11,9 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
-from thermoroll_cli.files.csv_table import TableError, read_columns
+from thermoroll_cli.files.csv_table import FromFile, TableError, read_columns
 from thermoroll_cli.files.spellings import converted, factor_of, meant
 from thermoroll_cli.many_contacts.history.course import VARIED
 from thermoroll_cli.problem.names import PLACES, unit_end, unit_of
@@ -23,26 +21,9 @@ from thermoroll_cli.problem.names import PLACES, unit_end, unit_of
 HEAD = re.compile(r"(.*?)\s*(?:[\[(]([^\])]*)[\])])?")
 
 
-@dataclass(frozen=True)
-class RecordOverTime:
-    """What a file stands for in `[history]`, and what `show` says of it."""
-
-    content: dict[str, Any]
-    shown: dict[str, Any]
-
-    def record(self, **_: bool) -> dict[str, Any]:
-        """What `show` says."""
-        return self.shown
-
-
-def history_words(record: dict[str, Any]) -> str:
-    """A record of a `RecordOverTime` as a sentence for people."""
-    return (f"{record['file']}: {record['rows']} rows from {record['first']:.6g} to {record['last']:.6g} ({record['place']}), "
-            f"{', '.join(record['keys'])}")
-
-
-def read_history(path: str | os.PathLike[str]) -> RecordOverTime:
-    """The record in the file at `path` (`read_columns`). Raises TableError with file, line and column, OSError."""
+def read_history(path: str | os.PathLike[str]) -> FromFile:
+    """The tables of `[history]` in the file at `path` (`read_columns`). Raises TableError with file, line and column,
+    OSError."""
     name = os.path.basename(os.fspath(path))
     heads, lines = read_columns(path, "a record over time")
     units = [""] * len(heads)
@@ -69,9 +50,10 @@ def read_history(path: str | os.PathLike[str]) -> RecordOverTime:
         if other < one:
             raise TableError(f"{name}, line {lines[before + 1][0]}: {places[0]} falls from {one:g} to {other:g}",
                              "rows in the order of time; the same place twice is a jump")
-    return RecordOverTime({places[0]: values, "values": columns},
-                          {"file": name, "rows": len(values), "first": values[0], "last": values[-1], "place": places[0],
-                           "keys": list(columns)})  # fmt: skip
+    return FromFile({places[0]: values, "values": columns},
+                    {"file": name, "rows": len(values), "first": values[0], "last": values[-1], "place": places[0],
+                     "keys": list(columns)},
+                    f"{{file}}: {{rows}} rows from {{first:.6g}} to {{last:.6g}} ({{place}}), {', '.join(columns)}")
 
 
 def _column(name: str, head: str, below: str) -> tuple[str, float]:

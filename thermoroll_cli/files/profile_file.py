@@ -77,24 +77,22 @@ class Reading:
             "flange": {-1: "-y", 0: None, 1: "+y"}[side],
         }  # fmt: skip
 
+    def words(self, record: dict[str, Any]) -> str:
+        """A `record` as a sentence for people."""
+        def parts() -> Iterator[str]:
+            of = f" of {record['points_in_file']}" if record["points_in_file"] != record["points"] else ""
+            yield f"{record['file']}: {record['format']}"
+            yield f"{record['points']}{of} points in {record['unit']}"
+            for name in (name for name in ("y", "height", "z") if f"{name}_mm" in record):
+                low, high = (round(place, 4) + 0.0 for place in record[f"{name}_mm"])
+                yield f"{name} from {low:.5g} to {high:.5g} mm"
+            vertical = "z" if "z_mm" in record else "height"
+            turned = [name for name, is_so in (("y", record["mirrored"]), (vertical, record["turned"])) if is_so]
+            yield f"sign of {' and '.join(turned)} changed" if turned else "signs as in the file"
+            if record["flange"]:
+                yield f"flange at {record['flange']}"
 
-def reading_words(record: dict[str, Any]) -> str:
-    """A `Reading.record` as a sentence for people."""
-
-    def words() -> Iterator[str]:
-        of = f" of {record['points_in_file']}" if record["points_in_file"] != record["points"] else ""
-        yield f"{record['file']}: {record['format']}"
-        yield f"{record['points']}{of} points in {record['unit']}"
-        for name in (name for name in ("y", "height", "z") if f"{name}_mm" in record):
-            low, high = (round(place, 4) + 0.0 for place in record[f"{name}_mm"])
-            yield f"{name} from {low:.5g} to {high:.5g} mm"
-        vertical = "z" if "z_mm" in record else "height"
-        turned = [name for name, is_so in (("y", record["mirrored"]), (vertical, record["turned"])) if is_so]
-        yield f"sign of {' and '.join(turned)} changed" if turned else "signs as in the file"
-        if record["flange"]:
-            yield f"flange at {record['flange']}"
-
-    return ", ".join(words())
+        return ", ".join(parts())
 
 
 def read_profile(path: str | os.PathLike[str]) -> Reading:

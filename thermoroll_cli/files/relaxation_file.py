@@ -15,13 +15,11 @@ from __future__ import annotations
 import math
 import os
 import re
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy
 
-from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, read_columns
+from thermoroll_cli.files.csv_table import FILE_LIMIT, FromFile, TableError, read_columns
 
 LEAST_SHARE = 1e-5
 """Shares below it are left out."""
@@ -37,27 +35,8 @@ HEAD = re.compile(r"(.*?)(?:[\s_]*[\[(](Hz|rad/s|GPa|MPa|Pa|[-1]?)[\])]|[\s_](Hz
 """A name and its unit, behind an underscore, in brackets or in parentheses."""
 
 
-@dataclass(frozen=True)
-class MeasuredSeries:
-    """What a file of moduli stands for in a case, [share, time in s], and what `show` says of it."""
-
-    content: list[list[float]]
-    shown: dict[str, Any]
-
-    def record(self, **_: bool) -> dict[str, Any]:
-        """What `show` says."""
-        return self.shown
-
-
-def series_words(record: dict[str, Any]) -> str:
-    """A record of a `MeasuredSeries` as a sentence for people."""
-    return (f"{record['file']}: {record['frequencies']} frequencies from {record['lowest_Hz']:.3g} to "
-            f"{record['highest_Hz']:.3g} Hz, {record['times']} times that deviate by {100.0 * record['rms_deviation']:.2g} % "
-            f"(rms), {record['modulus_GPa']:.4g} GPa at once, {100.0 * record['relaxed_share']:.3g} % of it remains")
-
-
-def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
-    """The series that fits the file at `path`. Raises TableError, OSError."""
+def read_series(path: str | os.PathLike[str]) -> FromFile:
+    """The series that fits the file at `path`, [share, time in s]. Raises TableError, OSError."""
     name = os.path.basename(os.fspath(path))
     frequency, storage, loss = _columns(path, name)
     omega = 2.0 * math.pi * frequency
@@ -79,10 +58,12 @@ def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
     if not series:
         raise TableError(f"{name}: nothing relaxes between {frequency.min():g} and {frequency.max():g} Hz",
                          "leave relaxation_file out")
-    return MeasuredSeries(series, {
+    remains, deviation = float(moduli[0] / modulus), float(misfit) / math.sqrt(omega.size)
+    return FromFile(series, {
         "file": name, "frequencies": omega.size, "lowest_Hz": float(frequency.min()), "highest_Hz": float(frequency.max()),
-        "times": len(series), "modulus_GPa": 1e-9 * modulus, "relaxed_share": float(moduli[0] / modulus),
-        "rms_deviation": float(misfit) / math.sqrt(omega.size)})
+        "times": len(series), "modulus_GPa": 1e-9 * modulus, "relaxed_share": remains, "rms_deviation": deviation},
+        "{file}: {frequencies} frequencies from {lowest_Hz:.3g} to {highest_Hz:.3g} Hz, {times} times that deviate by "
+        f"{100.0 * deviation:.2g} % (rms), {{modulus_GPa:.4g}} GPa at once, {100.0 * remains:.3g} % of it remains")
 
 
 def _columns(path: str | os.PathLike[str], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -35,11 +35,11 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     problem = replace(plan.derived.problem, normal_force=by_level[-1]["normal_N"])
     derived = replace(plan.derived, problem=problem)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
-    sharp = sharp_places(last.here, last.contact)
+    unbounded, unresolved, sharp = sharp_places(last.here, last.contact)
     resolution = Resolution.of(last, by_level, derived, plan)
-    errors = estimates(resolution, {*sharp.unbounded, *sharp.unresolved})
+    errors = estimates(resolution, {*unbounded, *unresolved})
     reasons = failures(isothermal, None if hot is cold else last)
-    warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp.warnings]
+    warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp]
     heat = last.here.heat(last.contact) if plan.runs("heat") else None
     warnings += warnings_after(derived, last, heat, resolution.edge)
     if missed := missed_accuracy(errors, by_level[-1], problem):
@@ -72,7 +72,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
         residuals=residuals,
         warnings=tuple(warnings),
         patches=tuple(patches_of(last.here, last.contact)),
-        unbounded=tuple(sorted(sharp.unbounded)),
+        unbounded=tuple(sorted(unbounded)),
     )
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -44,24 +43,17 @@ NARROWEST = 2 * BORDER + 1
 """Columns or rows of a patch below which its largest pressure is that of its border elements."""
 
 
-@dataclass(frozen=True)
-class SharpPlaces:
-    """Names of scalars without a limit (`unbounded`) or with a peak that the grid does not resolve (`unresolved`), and the
-    warnings that say where."""
-
-    unbounded: tuple[str, ...] = ()
-    unresolved: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-
-
-def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlaces:
-    """The sharp places in the `contact` of a grid. A free end that is loaded is unbounded as well (`ContactScales.ends`)."""
+def sharp_places(
+    discretisation: Discretisation, contact: Contact
+) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """The sharp places in the `contact` of a grid: names of scalars without a limit, of those with a peak that the grid does
+    not resolve, and warnings that say where. A free end that is loaded is unbounded as well (`ContactScales.ends`)."""
     derived, grid, normal = discretisation.derived, discretisation.grid, contact.normal
     geometry, ends = derived.problem.geometry, derived.scales.reaches_an_end
     line = normal.pressure.max(axis=0)
     rubbed, steps = _steps(discretisation, contact, line)
     if geometry.elliptic:
-        return SharpPlaces((), rubbed, steps)
+        return (), rubbed, steps
     unit = derived.problem.contact_modulus * math.log(2.0) / (2.0 * math.pi * normal.peak)
     kinks = list[str]()
     for body, profile in geometry.profiles:
@@ -74,7 +66,7 @@ def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlace
                          f"the contact{more}: the pressure there has no upper bound and grows by {100 * turn * unit:.2g} % "
                          'with every doubling of the grid; round it, or join the points by interpolation = "cubic"')
     peaks = tuple(_narrow(geometry, discretisation, normal.pressure, normal.covered.max(axis=0), unit))
-    return SharpPlaces(PEAKS if kinks or ends else (), (*(PEAKS if peaks else ()), *rubbed), (*kinks, *peaks, *steps))
+    return PEAKS if kinks or ends else (), (*(PEAKS if peaks else ()), *rubbed), (*kinks, *peaks, *steps)
 
 
 def _changes(friction: Friction, discretisation: Discretisation, loaded: Mask) -> tuple[Array, float]:

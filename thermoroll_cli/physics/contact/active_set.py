@@ -59,16 +59,19 @@ Close = Callable[[Mask, Array, Array, float, float, int], Closed]
 
 
 @dataclass(frozen=True)
-class Settled:
-    """The last `pressure` (Pa) with its active set `contact`, its `displacement` (m), the `approach` (m) and the rms `error` of
-    the gap over the elastic displacement; active `sets` tried, and iterations on all of them. At an approach that does not
-    close the gap there is no contact."""
+class NormalSolution:
+    """The last `pressure` (Pa) with its active set `contact`, its `displacement` and the `gap` that it leaves (m), the
+    `approach` (m) and the rms `error` of the gap on the contact over the elastic displacement; active `sets` tried, and
+    iterations on all of them. `covered` is the part of each element in contact: all or nothing until the border is resolved
+    inside elements. At an approach that does not close the gap there is no contact."""
 
     pressure: Array
     displacement: Array
+    gap: Array
     approach: float
     error: float
     contact: Mask
+    covered: Array
     sets: int
     iterations: int
     converged: bool
@@ -78,7 +81,7 @@ def settle(
     displacement_by: Callable[[Array, Mask], Array], close: Close, gap: Array, given: Given, start: Array, tolerance: float, *,
     reduction: float, most_sets: int, most_iterations: int, wandering: float = np.inf,
     hand_over: Callable[[Array, Mask, Mask], Array] | None = None,
-) -> Settled:
+) -> NormalSolution:
     """The pressure of surfaces `gap` apart (m, (nx, ny); up to a constant if a load is given), from the active set and the
     values of `start` (Pa).
 
@@ -120,7 +123,9 @@ def settle(
             contact = gap < given.depth
             converged = not contact.any()
         displacement = displacement_by(pressure, contact)
-    return Settled(pressure, displacement, approach, error, contact, sets, iterations, converged)
+    left = np.where(contact, 0.0, displacement + gap - approach)
+    return NormalSolution(
+        pressure, displacement, left, float(approach), error, contact, contact.astype(float), sets, iterations, converged)
 
 
 def _first(

@@ -14,13 +14,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.physics.contact.active_set import Approach, Close, Closed, Given, approach_of, carrying, settle
+from thermoroll_cli.physics.contact.active_set import (
+    Approach,
+    Close,
+    Closed,
+    Given,
+    NormalSolution,
+    approach_of,
+    carrying,
+    settle,
+)
 from thermoroll_cli.physics.contact.stiff_layers import Blocks, has_stiff_layers
 from thermoroll_cli.physics.halfspace.coatings import Coatings
 from thermoroll_cli.physics.halfspace.elastic import normal_table
@@ -49,32 +58,6 @@ BORDER_ITERATIONS = 60
 """Conjugate gradients per such pass, which start from the solution with whole elements."""
 MOST_ITERATIONS = 120
 """GMRES steps per active set: four to eight are usual."""
-
-
-@dataclass(frozen=True)
-class NormalSolution:
-    """`pressure` in Pa and `gap`, `displacement` in m on the grid, `approach` in m, the mask of
-    the `contact`."""
-
-    pressure: Array
-    displacement: Array
-    gap: Array
-    approach: float
-    contact: Mask
-    iterations: int
-    converged: bool
-
-
-@dataclass(frozen=True)
-class RefinedContact:
-    """A solution whose border elements carry the load of their covered part: `pressure` as element averages in Pa, `covered`
-    fraction of each element, `displacement` and `gap` in m, `approach` in m."""
-
-    pressure: Array
-    covered: Array
-    displacement: Array
-    gap: Array
-    approach: float
 
 
 class NormalSolver:
@@ -264,10 +247,9 @@ class NormalSolver:
         settled = settle(self._respond, self._close(gap, given), gap, given, pressure, tolerance,
                          reduction=FIRST_REDUCTION, most_sets=max_iterations, most_iterations=max_iterations,
                          hand_over=_handed_over if self._coated else None)
-        displacement = self.displacement(settled.pressure)
-        opening = displacement + gap - settled.approach
-        return NormalSolution(settled.pressure, displacement, np.where(settled.contact, 0.0, opening), float(settled.approach),
-                              settled.contact, settled.iterations, settled.converged)
+        displacement = self.displacement(settled.pressure)  # without the rounding of all steps
+        left = np.where(settled.contact, 0.0, displacement + gap - settled.approach)
+        return replace(settled, displacement=displacement, gap=left)
 
     def load(self, pressure: Array) -> float:
         """Normal force in N."""
@@ -280,9 +262,9 @@ class NormalSolver:
 
     def refine(
         self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9, *, mirrored: bool = False
-    ) -> RefinedContact:
+    ) -> NormalSolution:
         """Resolve the border inside its elements (see `border_elements`): they keep the load that the continued pressure
-        gives them, the others are solved for once more.
+        gives them, the others are solved for once more. Pressures are then averages over elements.
 
         Errors of the element averages of a Hertz pressure are 4–5 times smaller than by collocation on whole elements; those of
         the contact area, also of contacts far from Hertz's, are about 1e-3 at N = 32 and 1e-4 at N = 128. A second pass would
@@ -293,7 +275,7 @@ class NormalSolver:
         fixed = np.where(border, load, 0.0)
         given = normal_force / self.grid.element_area
         wanted = given - float(fixed.sum())
-        unrefined = RefinedContact(solution.pressure, covered, solution.displacement, solution.gap, solution.approach)
+        unrefined = replace(solution, covered=covered)
         if wanted <= 0.0 or not free.any():
             return unrefined
         pressure = np.where(free, solution.pressure, 0.0)
@@ -311,8 +293,8 @@ class NormalSolver:
         else:
             return unrefined
         opening = np.maximum(state.displacement + gap - state.approach, 0.0)
-        return RefinedContact(state.pressure, covered, state.displacement, np.where(covered > 0.0, 0.0, opening),
-                              state.approach)
+        return replace(solution, pressure=state.pressure, covered=covered, displacement=state.displacement,
+                       gap=np.where(covered > 0.0, 0.0, opening), approach=state.approach)
 
 
 def _handed_over(pressure: Array, drop: Mask, contact: Mask) -> Array:

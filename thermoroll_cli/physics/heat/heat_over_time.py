@@ -49,18 +49,6 @@ class End:
     constant: bool = False
 
 
-@dataclass(frozen=True)
-class _Released:
-    """The heat at the `end` of a step: transforms of the flux, of its change along x and of the flux exchanged (None: none),
-    and the `share` of the lower body."""
-
-    end: End
-    flux: Spectrum
-    slope: Spectrum
-    exchanged: Spectrum | None
-    share: float
-
-
 class HeatMemory:
     """All heat of a history on one grid, of bodies with the constants of `bodies`; if it `expands` surfaces, that too.
 
@@ -70,7 +58,7 @@ class HeatMemory:
         self.grid, self.bodies, self._effects = grid, bodies, EFFECTS if expands else EFFECTS[:EXPANSION]
         self.convolution = Convolution(*grid.shape)
         self._ever: tuple[HeatedBody, HeatedBody] | None = None
-        self._released: list[_Released] = []
+        self._released: list[tuple[End, DividedHeat]] = []  # of transforms in place of fields
         self._places = np.zeros((0, 5))
         self._kept: tuple[dict[tuple[object, ...], Kernels], dict[Interval, Array]] = {}, {}
 
@@ -79,29 +67,30 @@ class HeatMemory:
         moved as in `ever`."""
         self._ever = ever or self._ever
         assert heat.slope is not None
-        flux, slope = (self.convolution.forward(field) for field in (heat.total, heat.slope))
+        total, slope = (self.convolution.forward(field) for field in (heat.total, heat.slope))
         exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
-        self._released.append(_Released(end, flux, slope, exchanged, heat.share))
+        self._released.append((end, DividedHeat(total, heat.share, exchanged, slope)))
         self._places = np.vstack([self._places, _row(end)])
 
     def step(self, now: End) -> tuple[Before, StepResponse]:
         """What all heat remembered does at the end of the next step, and the response to the heat of that step."""
-        last, expands = self._released[-1].end, EXPANSION < len(self._effects)
+        (last, heat), expands = self._released[-1], EXPANSION < len(self._effects)
         speeds = np.subtract(now.moved, last.moved) / (now.time - last.time)
         rises, own = list[Array](), list[tuple[HeatedBody, Kernels]]()
-        expansion, product = np.zeros_like(self._released[0].flux), np.empty_like(self._released[0].flux)
+        expansion, product = np.zeros_like(heat.total), np.empty_like(heat.total)
         known, self._kept = self._kept, ({}, {})
         for i, (body, (along, across)) in enumerate(zip(self.bodies, speeds.tolist(), strict=True)):
             total, remembered = np.zeros_like(expansion), self._kernels(i, now, *known)
             own.append((replace(body, speed_x=along, speed_y=across), remembered.pop(len(self._released), None)))
             for j, kernels in remembered.items():
-                released = self._released[j]
-                share, sign = (released.share, 1.0) if i == 0 else (1.0 - released.share, -1.0)
-                flux = share * released.flux
-                if released.exchanged is not None:
-                    flux += np.multiply(sign, released.exchanged, out=product)
+                heat = self._released[j][1]
+                assert heat.slope is not None
+                share, sign = (heat.share, 1.0) if i == 0 else (1.0 - heat.share, -1.0)
+                flux = share * heat.total
+                if heat.exchanged is not None:
+                    flux += np.multiply(sign, heat.exchanged, out=product)
                 total += np.multiply(flux, kernels[TEMPERATURE], out=product)
-                np.multiply(released.slope, kernels[SLOPE], out=product)
+                np.multiply(heat.slope, kernels[SLOPE], out=product)
                 total += np.multiply(share, product, out=product)
                 if expands:
                     flux *= kernels[EXPANSION]
@@ -139,7 +128,7 @@ class HeatMemory:
             felt = felt[~gone]
 
         def constant(j: int) -> bool:
-            return now.constant if j == last else self._released[j].end.constant
+            return now.constant if j == last else self._released[j][0].constant
 
         def interval(j: int) -> Interval | None:
             """The step that ends with the end `j`, as seen now."""
