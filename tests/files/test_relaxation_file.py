@@ -10,7 +10,7 @@ import pytest
 from tests.support.cases import Case
 from tests.support.command_line import call
 from thermoroll_cli.files.case import CaseError
-from thermoroll_cli.files.relaxation_file import read_series
+from thermoroll_cli.files.column_files import read_series
 from thermoroll_cli.problem.relaxation import modulus_at
 
 SERIES = ((0.30, 1e-4), (0.25, 1e-3), (0.20, 1e-2))

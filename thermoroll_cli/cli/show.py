@@ -87,8 +87,13 @@ def show(
         upto = f" at most, until {asked} are good to {numerics.accuracy:g}" if numerics.accuracy is not None else ""
         pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
         seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core
-        steps = _stages(plan, upto, width) if isinstance(plan, Plan) else (
-            _balls(plan, upto, width) if isinstance(plan, BearingPlan) else _steps(plan, upto))
+        if isinstance(plan, HistoryPlan):
+            steps = _steps(plan, upto)
+        else:
+            steps = _stages(plan.contact if isinstance(plan, BearingPlan) else plan, upto, width)
+        if isinstance(plan, BearingPlan):
+            alike = "all balls alike" if plan.kinds == 1 else f"{plan.kinds} kinds of balls by their loads"
+            steps.append(f"  {alike} at rest, with two contacts each; about {plan.contact_solves} contacts are solved")
         lines += "plan", *steps, (
             f"  {'at most ' if upto else ''}about {_memory(read, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}")
     streams.write(
@@ -99,13 +104,6 @@ def _stages(plan: Plan, upto: str, width: int) -> list[str]:
     """Stages that run or are skipped, and the grid."""
     steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
     return [*with_remarks(steps, width), f"  grid {'×'.join(map(str, plan.sides))}{upto}"]
-
-
-def _balls(plan: BearingPlan, upto: str, width: int) -> list[str]:
-    """Stages and grid of a contact, and how many are solved."""
-    alike = "all balls alike" if plan.kinds == 1 else f"{plan.kinds} kinds of balls by their loads"
-    return [*_stages(plan.contact, upto, width), f"  {alike} at rest, with two contacts each; about {plan.contact_solves} "
-            "contacts are solved"]
 
 
 def _steps(plan: HistoryPlan, upto: str) -> list[str]:

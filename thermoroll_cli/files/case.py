@@ -30,7 +30,7 @@ from thermoroll_cli.files.case_source import (
     read_source,
 )
 from thermoroll_cli.files.case_wheelset import wheelset_of
-from thermoroll_cli.files.csv_table import FromFile
+from thermoroll_cli.files.column_files import FromFile
 from thermoroll_cli.files.profile_file import Reading
 from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.many_contacts.history.course import History

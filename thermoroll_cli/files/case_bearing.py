@@ -82,7 +82,8 @@ def bearing_faults(sections: Mapping[str, Any], bearing: BearingTable) -> Iterat
         if abs(angle - bearing.contact_angle_deg) > SAME_ANGLE:
             yield (("bearing", "contact_angle_deg"), f"a clearance of {bearing.clearance_um:g} µm means a contact angle of "
                    f"{angle:.5g} degrees, not {bearing.contact_angle_deg:g}", "one of contact_angle_deg and clearance_um")
-    if load.axial_displacement_um is None and not load.axial_N and not load.radial_N and not _acts(load.moment_Nm):
+    moments = load.moment_Nm if isinstance(load.moment_Nm, list) else [load.moment_Nm or 0.0]
+    if load.axial_displacement_um is None and not any((load.axial_N, load.radial_N, *moments)):
         yield ("bearing", "load"), "loads nothing", "axial_N, radial_N, moment_Nm or axial_displacement_um"
     if bearing.cage == "common" and bearing.control != "tractions":
         yield (("bearing", "cage"), '= "common" shares the forces of tractions out, which do not move balls with control = '
@@ -98,11 +99,6 @@ def bearing_faults(sections: Mapping[str, Any], bearing: BearingTable) -> Iterat
             at_rest.friction_coefficient == 0.0 and not rises):
         yield (("load", "friction_coefficient"), "without friction no traction determines the axes of the balls",
                'above 0, or control = "outer" or "inner" in [bearing]')
-
-
-def _acts(value: float | list[float] | None) -> bool:
-    """Whether any part of a moment is not 0."""
-    return any(value) if isinstance(value, list) else bool(value)
 
 
 def bearing_of(table: BearingTable, contact: Problem) -> BearingProblem:

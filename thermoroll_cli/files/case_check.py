@@ -25,11 +25,8 @@ from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.case_wheelset import OutlineTable
-from thermoroll_cli.files.csv_table import FromFile
-from thermoroll_cli.files.history_file import read_history
-from thermoroll_cli.files.positions_file import read_positions
+from thermoroll_cli.files.column_files import FromFile, read_history, read_positions, read_series
 from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
-from thermoroll_cli.files.relaxation_file import read_series
 from thermoroll_cli.files.spellings import factor_of, meant, unit_in
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from thermoroll_cli.files.case_errors import Fault
+from thermoroll_cli.files.case_line import LOAD, is_line, value_of
 from thermoroll_cli.files.case_table import Allowed, Table
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
@@ -61,10 +62,7 @@ class HistoryTable(Table):
 def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
     """What is wrong with a history, and the keys that do not go with one."""
     for key, (why, allowed) in REFUSED.items():
-        table, _, inner = key.partition(".")
-        given = sections.get(table)
-        given = getattr(given, inner, None) if inner and given is not None else given
-        if given:
+        if value_of(sections, key):
             yield tuple(key.split(".")), why, allowed
     if history.begin and history.begin not in STATES and not history.begin.endswith(".h5"):
         yield ("history", "begin"), "is no state to begin with", BEGIN.words
@@ -77,21 +75,13 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
         yield ("history", name), "must rise", "numbers that rise; the same number twice is a jump"
     if any(one == other == third for one, other, third in zip(places, places[1:], places[2:], strict=False)):
         yield ("history", name), "has a number three times", "the same number twice is a jump"
-    yield from _length(sections.get("load"), history)
+    if is_line(sections) == (history.length_mm is None):  # which no other contact has
+        why, allowed = ("is missing: displacements of a line contact grow with the logarithm of its length",
+                        "the length of the contact in mm") if is_line(sections) else (
+            "belongs to a line contact, but the load is not one per length", LOAD)
+        yield ("history", "length_mm"), why, allowed
     yield from _friction(sections.get("friction"), sections.get("load"), history)
     yield from _values(sections, history, places)
-
-
-def _is_line(load: Any) -> bool:
-    return load is not None and load.normal_N_mm is not None
-
-
-def _length(load: Any, history: HistoryTable) -> Iterator[Fault]:
-    """The length of a line contact, which no other has."""
-    if _is_line(load) == (history.length_mm is None):
-        why = "is missing: displacements of a line contact grow with the logarithm of its length" if _is_line(load) else (
-            "belongs to a line contact, but the load is not one per length")
-        yield ("history", "length_mm"), why, "the length of the contact in mm" if _is_line(load) else "load.normal_N_mm"
 
 
 def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault]:
@@ -111,13 +101,14 @@ def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault
 def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[float]) -> Iterator[Fault]:
     """What is wrong with the values of keys."""
     rolling, load, force, path = sections.get("rolling"), sections.get("load"), sections.get("force"), ("history", "values")
-    friction, thermal = sections.get("friction"), sections.get("thermal")
+    friction, thermal, line = sections.get("friction"), sections.get("thermal"), is_line(sections)
+    others = OF_ELLIPSES if line else OF_LINES
     for key, values in history.values.items():
         if key not in VARIED:
             yield path, f"{key} cannot change over time", ", ".join(VARIED)
-        elif key in (OF_ELLIPSES if _is_line(load) else OF_LINES):
-            yield path, f"{key} does not go with a load " + ("per length" if _is_line(load) else "that is none per length"), (
-                ", ".join(each for each in VARIED if each not in (OF_ELLIPSES if _is_line(load) else OF_LINES)))
+        elif key in others:
+            yield path, f"{key} does not go with a load " + ("per length" if line else "that is none per length"), (
+                ", ".join(each for each in VARIED if each not in others))
         elif len(values) != len(places):
             yield path, f"{key} has {len(values)} values for {len(places)} places", "one value for each place"
         elif not all(abs(value) <= LARGEST and value >= LEAST.get(key, -LARGEST) for value in values):
@@ -147,7 +138,8 @@ def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[flo
 
 
 def history_of(table: HistoryTable, problem: Problem) -> History:
-    """The history that a table describes of the contact `problem`."""
+    """The history that a table describes of the contact `problem`. Raises Unsolvable where it begins with the result of
+    something else."""
     by_distance, motion = table.distance_mm is not None, problem.motion
     places = tuple(1e-3 * place for place in table.distance_mm or ()) or tuple(table.time_s or ())
     for way, name in (("longitudinal", "creepage_x"), ("lateral", "creepage_y")):
@@ -155,18 +147,14 @@ def history_of(table: HistoryTable, problem: Problem) -> History:
             motion = replace(motion, **{name: None})  # type: ignore[arg-type]
     still = table.values.get(SPEED, [motion.speed])[0] == 0.0
     values = {key: tuple(given) for key, given in table.values.items()}
-    begin = STATES.get(table.begin or ("pressed" if still else "steady")) or _result_in(str(table.begin))
+    begin: Begin | Result | None = STATES.get(table.begin or ("pressed" if still else "steady"))
+    if begin is None:
+        try:
+            begin = read_result(str(table.begin))
+        except ResultFileError as cause:
+            raise Unsolvable(str(cause), "history.begin", BEGIN.words) from None
+        if not {"pressure", "shear_x", "shear_y"} <= {*begin.fields}:
+            raise Unsolvable(f"{table.begin} has no tractions of a contact", "history.begin", BEGIN.words)
     problem = replace(problem, motion=motion, length=math.inf if table.length_mm is None else 1e-3 * table.length_mm)
     return History(problem, Course(
         places, values, by_distance, table.steps, begin, table.fields_every))
-
-
-def _result_in(path: str) -> Result:
-    """The result in the file at `path`, of a contact with tractions. Raises Unsolvable."""
-    try:
-        result = read_result(path)
-    except ResultFileError as cause:
-        raise Unsolvable(str(cause), "history.begin", BEGIN.words) from None
-    if not {"pressure", "shear_x", "shear_y"} <= {*result.fields}:
-        raise Unsolvable(f"{path} has no tractions of a contact", "history.begin", BEGIN.words)
-    return result

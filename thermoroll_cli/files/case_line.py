@@ -15,10 +15,16 @@ REFUSED = ("geometry.conformal", "geometry.lower_profile", "geometry.upper_profi
 """Tables and keys that are not computed for line contacts."""
 
 
+def value_of(sections: Mapping[str, Any], key: str) -> Any:
+    """The table of that name, or the value of a key "table.key", among the tables of a case; None where it has none."""
+    table, _, inner = key.partition(".")
+    given = sections.get(table)
+    return getattr(given, inner, None) if inner and given is not None else given
+
+
 def is_line(sections: Mapping[str, Any]) -> bool:
     """Whether a case is one of a line contact: its load is one per length."""
-    load = sections.get("load")
-    return load is not None and load.normal_N_mm is not None
+    return value_of(sections, LOAD) is not None
 
 
 def line_faults(sections: Mapping[str, Any]) -> Iterator[Fault]:
@@ -34,9 +40,7 @@ def line_faults(sections: Mapping[str, Any]) -> Iterator[Fault]:
     if not line:
         return
     for key in REFUSED:
-        table, _, inner = key.partition(".")
-        given = sections.get(table)
-        if getattr(given, inner, None) if inner and given is not None else given:
+        if value_of(sections, key):
             yield tuple(key.split(".")), "is not computed for line contacts", f"a case without it, or without {LOAD}"
     for body in BODIES if geometry is not None else ():
         radius = getattr(geometry, f"{body}_radius_y_mm")

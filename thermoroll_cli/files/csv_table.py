@@ -7,8 +7,6 @@ import io
 import os
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
 
 from thermoroll_cli.tools.atomic import ReadError, read_bytes, write_bytes
 
@@ -22,24 +20,6 @@ class TableError(ValueError):
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
         self.hint = hint
-
-
-@dataclass(frozen=True)
-class FromFile:
-    """What a file of columns stands for in a case, the `content` of keys, and what `show` says of it, as a record and in
-    `sentence`."""
-
-    content: Any
-    shown: dict[str, Any]
-    sentence: str
-
-    def record(self, **_: bool) -> dict[str, Any]:
-        """What `show` says."""
-        return self.shown
-
-    def words(self, record: dict[str, Any]) -> str:
-        """The `record` as a sentence for people."""
-        return self.sentence.format(**record)
 
 
 def read_columns(

@@ -101,8 +101,13 @@ def read_profile(path: str | os.PathLike[str]) -> Reading:
     points = reading.content
     if reading.format != COLUMNS:
         out = 1.0 if reading.wheel else -1.0
-        points = _in_order([[y, out * z] for y, z in points])
-        reading = replace(reading, turned=reading.turned == reading.wheel)
+        points, reading = [[y, out * z] for y, z in points], replace(reading, turned=reading.turned == reading.wheel)
+        if len(points) > 1:
+            # The part that spans most of y with y in order, increasing.
+            turns = (np.flatnonzero(np.diff(np.sign(np.diff([y for y, _ in points])))) + 1).tolist()
+            runs: list[Points] = [points[first : last + 1] for first, last in itertools.pairwise((0, *turns, len(points) - 1))]
+            widest: Points = max(runs, key=lambda run: abs(run[-1][0] - run[0][0]))
+            points = sorted(widest) if widest[-1][0] != widest[0][0] else []
     return replace(reading, content=_enough(points, reading.file), upwards=True)
 
 
@@ -288,9 +293,11 @@ def _miniprof(lines: list[str], name: str) -> Reading:
     for number, line in enumerate(lines, 1):
         text = line.strip().strip('"')
         key, equals, value = (part.strip() for part in text.partition("="))
+        entries = [_number(entry) for entry in _entries(text)] if text else []
         if equals:
             keys[key.lower()] = value
-        elif number > header and _is_row(text, alone=not (header or points)):
+        # Behind two numbers may stand a remark, but not where nothing else tells rows from a header.
+        elif number > header and len(entries) > 1 and None not in (entries[:2] if header or points else entries):
             if ended:
                 raise TableError(f"{name}, line {number}: points after line {ended}, which has none",
                                  "a file has one profile: write each into its own")
@@ -311,12 +318,6 @@ def _miniprof(lines: list[str], name: str) -> Reading:
     return Reading([[y + shift_y, down * (z + shift_z)] for y, z in points], "MiniProf", turned=down < 0.0)
 
 
-def _is_row(text: str, *, alone: bool) -> bool:
-    """Whether a line begins with two numbers; behind them may stand a remark, unless numbers stand `alone`."""
-    entries = [_number(entry) for entry in _entries(text)] if text else []
-    return len(entries) > 1 and None not in (entries if alone else entries[:2])
-
-
 _READERS: dict[str, Callable[[list[str], str], Reading]] = {
     ".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof,
 }  # fmt: skip
@@ -327,15 +328,3 @@ def _pair(text: str, first: int, second: int, name: str, number: int) -> list[fl
     if len(values) <= max(first, second) or (y := values[first]) is None or (z := values[second]) is None:
         raise TableError(f"{name}, line {number}: no point with two numbers: {shortened(text.strip())}")
     return [y, z]
-
-
-def _in_order(points: Points) -> Points:
-    """The part of `points` that spans most of y with y in order, increasing."""
-    if len(points) < 2:
-        return points
-    directions = np.sign(np.diff([y for y, _ in points]))
-    turns = (np.flatnonzero(np.diff(directions)) + 1).tolist()
-    runs: list[Points] = [points[first : last + 1] for first, last in itertools.pairwise((0, *turns, len(points) - 1))]
-    lengths = [abs(run[-1][0] - run[0][0]) for run in runs]
-    rising = sorted(runs[int(np.argmax(lengths))])
-    return rising if rising[-1][0] > rising[0][0] else []

@@ -126,19 +126,13 @@ def _read_csv(path: pathlib.Path) -> Columns:
     over: tuple[str, ...] = ("time_s",) if set(PLACES) <= {*keys} else keys
     if math.prod(len(set(columns[key])) for key in over) != len(rows):
         over = ("point",)
-    beside = _result_beside(path, columns)
-    if beside is None:
-        return Columns(columns, keys, over)
-    return Columns(columns, keys, over, beside.problem.title, beside.case_text, beside.attributes)
-
-
-def _result_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> Result | None:
-    """A result file beside a table of text, which lacks the case; None without one."""
+    # A table of text lacks the case, which a result beside it has.
     of_history = (path.stem.removesuffix("_history") + ".h5",) if path.stem.endswith("_history") else ()
     for name in (*columns.get("file", ()), *of_history):
         if isinstance(name, str) and name and path.with_name(name).exists():
-            return read_result(path.with_name(name), with_fields=False)
-    return None
+            beside = read_result(path.with_name(name), with_fields=False)
+            return Columns(columns, keys, over, beside.problem.title, beside.case_text, beside.attributes)
+    return Columns(columns, keys, over)
 
 
 def _value(text: str) -> float | str:
