@@ -78,7 +78,7 @@ def fit(
             read.settings.title or read.name,
             [f"A fit of {', '.join(found.parameters)} to {len(found.measured)} measured points."], found.reason, found.warnings,
             [page.Table(_values(found), ("", "value ± 95 %", "unit"), values=(1, 2))],
-            page.pictures_of(lambda folder, kinds: [style.save(found.figure(), folder / f"fit.{kind}") for kind in kinds]),
+            page.picture("fit", lambda path: style.save(found.figure(), path)),
             read.text, page.METHOD + " The values are those of least squares; the number behind ± is their 95 % interval.",
             estimated=False)  # fmt: skip
 

@@ -22,8 +22,8 @@ from thermoroll_cli.cli.tables import assembly_rows, swept_text, warnings_by_kin
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.table_file import read_stored
 from thermoroll_cli.many_contacts.wheelset.conicity import NUMBERS, Conicity
+from thermoroll_cli.plots import pictures
 from thermoroll_cli.plots.conicity_figure import draw_conicity
-from thermoroll_cli.plots.pictures import draw, kinds_of
 from thermoroll_cli.plots.sweep_figures import numbers, rows_of
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import (
@@ -159,9 +159,14 @@ def pictures_of(draw_in: Draw) -> tuple[Picture, ...]:
     return tuple(shown)
 
 
+def picture(name: str, draw: Callable[[Path], object]) -> tuple[Picture, ...]:
+    """The only picture of a section, which `draw` writes to a file."""
+    return pictures_of(lambda folder, formats: [draw(folder / f"{name}.{each}") for each in formats])
+
+
 def of_result(result: Result, name: str) -> Section:
     """What a report says of a contact or an assembly; `name` stands for a title that there is not."""
-    kinds = [kind for kind in kinds_of(result) if kind != "summary"]  # the report is one
+    kinds = [kind for kind in pictures.kinds_of(result) if kind != "summary"]  # the report is one
     kinds += ["traction"] if result.assembly == "wheelset" else []
     problem, work, skipped = result.problem, result.work, result.work.get("skipped", {})
     if not result.assembly and problem.line:    # whose cut along rolling has the curves of all its fields
@@ -187,7 +192,7 @@ def of_result(result: Result, name: str) -> Section:
         what.append(f"Finest grid: {' × '.join(map(str, grid))} elements{' for each patch' if result.assembly else ''}.")
 
     def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
-        draw(result, folder / "picture", kinds=kinds, formats=formats, dpi=DPI)
+        pictures.draw(result, folder / "picture", kinds=kinds, formats=formats, dpi=DPI)
 
     return Section(
         problem.title or name, what, "" if result.converged else result.reason, result.warnings, _tables(result),
@@ -242,16 +247,15 @@ def of_columns(table: Columns, name: str) -> Section:
                                 for point, text in zip(points, columns.get("warnings", [""] * count), strict=True))  # fmt: skip
     why_not = ""
 
-    def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
+    def draw(path: Path) -> None:
         nonlocal why_not
-        for each in formats:
-            why_not = draw_table(table, folder / f"picture_scalars over {' and '.join(table.label)}.{each}", dpi=DPI)
+        why_not = draw_table(table, path, dpi=DPI)
 
-    pictures = pictures_of(draw_in)
+    shown = picture(f"scalars over {' and '.join(table.label)}", draw)
     return Section(
         table.title or name, [what, *([f"There is no picture: {why_not}."] if why_not else [])],
         "; ".join(failed[:5]) + (f"; and {len(failed) - 5} more" if len(failed) > 5 else ""), list(warnings),
-        [_columns_table(table)], pictures, table.case_text, METHOD_OVER_TIME if table.of_history else METHOD,
+        [_columns_table(table)], shown, table.case_text, METHOD_OVER_TIME if table.of_history else METHOD,
         versions=versions(table.attributes))  # fmt: skip
 
 
@@ -260,17 +264,12 @@ def of_conicity(found: Conicity, case: Case) -> Section:
     record = found.record()
     curve = [(number(amplitude), *(number(record[name][place], 4) for name in ("conicity", "wavelength_m")))
              for place, amplitude in enumerate(record["amplitude_mm"]) if abs(amplitude - round(amplitude)) < 1e-9]
-
-    def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
-        for each in formats:
-            draw_conicity(folder / f"picture_conicity.{each}", found, case.settings.title)
-
     return Section(
         case.settings.title or case.name, ["Equivalent conicity of a wheelset on its track."], warnings=found.warnings,
         tables=[Table([(meaning, number(record[name], 4), name) for name, meaning in NUMBERS.items()], ("", "value", "name"),
                       values=(1,), names=(2,)),
                 Table(curve, ("amplitude (mm)", "conicity", "wavelength (m)"), "At whole amplitudes", range(3))],
-        pictures=pictures_of(draw_in), case=case.text,
+        pictures=picture("conicity", lambda path: draw_conicity(path, found, case.settings.title)), case=case.text,
         method="After EN 15302, from the difference of the rolling radii over the lateral shift of the wheelset; "
         "nothing but profiles and gauge matters.", estimated=False)  # fmt: skip
 

@@ -75,7 +75,7 @@ def wear(
             [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} step{'' if steps == 1 else 's'}."], done.reason,
             tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in values],
                                ("after the last step", "value", "unit", "name"), values=(1, 2), names=(3,))],
-            pictures=page.pictures_of(lambda folder, kinds: [_draw(done, folder / f"wear.{kind}") for kind in kinds]),
+            pictures=page.picture("wear", lambda path: _draw(done, path)),
             case=read.text, method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change "
             "by bounded steps, and after each the contact is solved again.")  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from thermoroll_cli.one_contact.refinement.expected_heat import deformation_effect, even_share
@@ -248,8 +248,14 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
         warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
         extent = SMALLEST_EXTENT
     warnings += warnings_before(derived)
+    # Bounds of the effects of stages that could change a scalar and are left out.
+    bounds, deformation = {"differential slip": derived.kinematics.differential_slip.left_out}, problem.heating.deformation
+    if deformation and _deformation(derived) and not _heat(derived):
+        bounds["deformation"] = deformation_effect(derived)
+    elif deformation and skipped.get("thermal crown"):
+        bounds["thermal crown"] = crown_bound(derived)
     plan = Plan(derived, grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
-                _left_out(derived, skipped))
+                {stage: bound for stage, bound in bounds.items() if bound > 0.0})
     if plan.hertzian and problem.interlayer.most is not None:
         # Other pressures are known only when they are solved (`checks`).
         share = min(1.0, problem.interlayer.most / (problem.friction.coefficient * derived.scales.peak_pressure))
@@ -266,16 +272,6 @@ def share_below(limit: float, *, line: bool) -> float:
     if line:
         return 2.0 / math.pi * (limit * math.sqrt(1.0 - limit**2) + math.asin(limit))
     return 0.5 * (3.0 * limit - limit**3)
-
-
-def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[str, float]:
-    """Bound of the effect of each stage that could change a scalar but is left out."""
-    heating, bounds = derived.problem.heating, {"differential slip": derived.kinematics.differential_slip.left_out}
-    if heating.deformation and _deformation(derived) and not _heat(derived):
-        bounds["deformation"] = deformation_effect(derived)
-    elif heating.deformation and skipped.get("thermal crown"):
-        bounds["thermal crown"] = crown_bound(derived)
-    return {stage: bound for stage, bound in bounds.items() if bound > 0.0}
 
 
 def _facts(derived: DerivedQuantities) -> dict[str, float]:

@@ -7,7 +7,7 @@ import numpy as np
 from thermoroll_cli.physics.halfspace.coatings import Coatings
 from thermoroll_cli.physics.halfspace.elastic import coupling_tables
 from thermoroll_cli.physics.halfspace.relaxing import Relaxing
-from thermoroll_cli.physics.numerics.convolution import Convolution
+from thermoroll_cli.physics.numerics.convolution import Convolution, both_sides
 from thermoroll_cli.physics.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS, Grid
 from thermoroll_cli.tools.arrays import Array, Spectrum
 
@@ -99,8 +99,3 @@ class NormalShearCoupling:
 def _all_offsets(quadrant: Array, parity_x: int, parity_y: int) -> Array:
     """(n, m) at offsets ≥ 0 -> (2n−1, 2m−1) at all offsets, for a kernel even (1) or odd (−1) along each axis."""
     return both_sides(np.concatenate([parity_x * quadrant[:0:-1], quadrant]), parity_y)
-
-
-def both_sides(half: Array, parity: int) -> Array:
-    """(n, m) at offsets ≥ 0 along y -> (n, 2m−1) at all of them, for a kernel even (`parity` 1) or odd (−1) along y."""
-    return np.concatenate([parity * half[:, :0:-1], half], axis=1)

@@ -342,6 +342,11 @@ def pair_symbols(xx: AnyArray, yy: AnyArray, xy: AnyArray, even: int) -> tuple[A
     return 0.5 * (xx + yy) + xy, difference if even == 0 else -difference
 
 
+def both_sides(table: AnyArray, parity: int) -> AnyArray:
+    """(..., nx, n) at offsets ≥ 0 along y -> (..., nx, 2n−1) at all of them, of a kernel even (`parity` 1) or odd (−1)."""
+    return np.concatenate([parity * table[..., :0:-1], table], axis=-1)
+
+
 def unfolded(field: AnyArray, parity: int) -> AnyArray:
     """(..., nx, ny) on y > 0 -> (..., nx, 2 ny) on both sides, even (`parity` 1) or odd (−1)."""
     below = field[..., ::-1]

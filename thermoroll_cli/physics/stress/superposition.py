@@ -13,7 +13,7 @@ from thermoroll_cli.physics.halfspace.layered_stress import element_stresses
 from thermoroll_cli.physics.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
 from thermoroll_cli.physics.halfspace.subsurface_thermal import thermal_stress
 from thermoroll_cli.physics.halfspace.thermal import temperature_at_depths
-from thermoroll_cli.physics.numerics.convolution import Convolution, Spectrum, in_pairs, multiply, quadrant_symbol
+from thermoroll_cli.physics.numerics.convolution import Convolution, Spectrum, both_sides, in_pairs, multiply, quadrant_symbol
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.tools.arrays import Array, Mask
 
@@ -258,7 +258,7 @@ class ThermalStresses:
             responses = [*stress, temperature]
             odd = (*ODD_IN_Y, False)
             spectra = [
-                self._transforms.plane.spectrum(table if lateral else _both_sides(table, is_odd)) * heat
+                self._transforms.plane.spectrum(table if lateral else both_sides(table, -1 if is_odd else 1)) * heat
                 for table, is_odd in zip(responses, odd, strict=True)
             ]
             fields = self._transforms.back(spectra, odd)
@@ -275,8 +275,3 @@ class ThermalStresses:
 def _across(grid: Grid) -> Array:
     """Offsets across, in dx, from the element at 0 on; a line contact has no other."""
     return np.zeros(1) if grid.ny == 1 else np.arange(float(grid.ny)) * (grid.dy / grid.dx)
-
-
-def _both_sides(table: Array, odd: bool) -> Array:
-    """A table at offsets y ≥ 0, unfolded."""
-    return np.concatenate([-table[:, :0:-1] if odd else table[:, :0:-1], table], axis=1)

@@ -115,16 +115,11 @@ def evolution(problem: Problem, start: ContactState | None = None, *, threads: i
         start = ContactState.unworn(dict.fromkeys(BODIES, rows.count), dict.fromkeys(BODIES, rows.size), rows=rows, domain=rows,
                                     grid=grid)
     elif start.grid != grid:
-        start = _regridded(start, rows, grid)
+        domain = rows.covering(*start.domain.ends)
+        while domain.count >= MOST_ROWS * grid[1]:
+            domain = domain.coarser()
+        start = replace(start.on(domain.joined(domain.covering(*start.rows.ends))), domain=domain, grid=grid)
     return steps_of(wear, start, solved, lambda state: _columns(problem, wear, state))
-
-
-def _regridded(state: ContactState, rows: FixedRows, grid: tuple[int, int]) -> ContactState:
-    """`state` for another grid, whose unworn contact has these `rows`."""
-    domain = rows.covering(*state.domain.ends)
-    while domain.count >= MOST_ROWS * grid[1]:
-        domain = domain.coarser()
-    return replace(state.on(domain.joined(domain.covering(*state.rows.ends))), domain=domain, grid=grid)
 
 
 def _solved(problem: Problem, state: ContactState, result: Result) -> ContactState:
