@@ -112,6 +112,17 @@ def test_zones_within_an_element_are_in_the_estimates(share: float, grid: int) -
     assert force <= result.uncertainty["force_x_N_mm"] / result["friction_limit_N_mm"] < 0.1
 
 
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1.2])
+def test_the_first_grid_begins_with_carter(share: float) -> None:
+    """Along, across, and with forces: from full stick the end of slip takes up to nine steps to its place."""
+    along, across = at_share(share), at_share(share, across=True)
+    limit = FRICTION * LOAD
+    pulled = replace(along, motion=Motion(1.0, None, None, force_x=0.4 * share * limit, force_y=0.6 * share * limit))
+    for problem in (along, across, pulled):
+        first = solve(problem).work["levels"][0]
+        assert first["newton_steps"] <= 4 and first["applications"] <= 24
+
+
 def test_errors_fall_with_the_square_of_the_element() -> None:
     """Root mean squares over the creep curve, without extrapolation."""
     plain, shares = SolverOptions(extrapolated=False), np.linspace(0.1, 0.9, 9)

@@ -29,10 +29,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 from scipy.special import elliprd, elliprf
 
+from thermoroll_cli.physics.numerics.quadrature import gauss_points
 from thermoroll_cli.tools.arrays import Array
 
 
@@ -242,7 +242,7 @@ def element_averages(hertz: HertzContact, x_edges: Array, y_edges: Array) -> tup
     Both are integrated in closed form along x and by Gauss points across each row; cylinders have one row, without ends.
     """
     a, b = hertz.semi_axis_x, hertz.semi_axis_y
-    nodes, weights = leggauss(ROW_POINTS)
+    nodes, weights = gauss_points(ROW_POINTS)
     if math.isinf(b):
         share, chord = np.ones(1), np.ones((1, ROW_POINTS))
     else:

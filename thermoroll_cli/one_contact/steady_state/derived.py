@@ -225,7 +225,7 @@ class Kinematics:
         """True if shear changes the pressure (without any heat): then Hertz's pressure is only a first guess."""
         return self.derived.dissimilar and self.has_traction
 
-    @property
+    @cached_property
     def mirror(self) -> Parities | None:
         """Parities of τ_x and τ_y across y = 0 where bodies and motion make the tractions their own mirror image; else None.
 
@@ -248,7 +248,7 @@ class Kinematics:
         """True if heat spreads symmetrically: no body moves sideways."""
         return self.problem.motion.creepage_y == 0.0 or self.problem.heating.peclet != "rolling"
 
-    @property
+    @cached_property
     def vanishing(self) -> str:
         """Which scalars `Scalar.vanishes` makes zero: those of rolling "along", "across", or ""."""
         if self.mirror == (-1, 1):

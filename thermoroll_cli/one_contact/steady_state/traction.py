@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,7 +22,7 @@ from thermoroll_cli.physics.rolling.element_borders import continued_gradient, k
 from thermoroll_cli.physics.rolling.hardening import Hardening
 from thermoroll_cli.physics.rolling.newton import TangentialProblem
 from thermoroll_cli.physics.rolling.rolling_gradient import MARGIN, RollingGradient, RollingOptions, difference
-from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver
+from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver, Start
 from thermoroll_cli.physics.rolling.slip_friction import SlipFriction
 from thermoroll_cli.physics.rolling.slip_heat import heat_of_slip
 from thermoroll_cli.problem.contact import Past, Pressure, Traction
@@ -152,7 +153,8 @@ class TractionSolver:
         )
         solution = solver.solve(
             cell,
-            [] if start.is_unknown else [(window.cut(start.traction), start.creepage)],
+            self._first_starts(derived, cell, window, undisturbed=undisturbed) if start.is_unknown
+            else [(window.cut(start.traction), start.creepage)],
             tolerance * (FORCE_TOLERANCE if cell.free else 1.0),
         )
         creepage_x = solution.creepage[0] if motion.force_x is not None else motion.creepage_x or 0.0
@@ -187,6 +189,31 @@ class TractionSolver:
             hysteresis=hysteresis,
             displacement=window.vector(solution.displacement),
         )
+
+    def _first_starts(
+        self, derived: DerivedQuantities, cell: TangentialProblem, window: Window, *, undisturbed: bool
+    ) -> list[Start]:
+        """Tractions and creepages to begin from where nothing is known: none, for full stick; of a line contact under Hertz's
+        pressure those of Carter (`exact.rolling_cylinders`), which a slip that is the same everywhere asks for: a third of the
+        applications, since from full stick the end of slip moves on by an element or two per step."""
+        hertz, limit, compliance = derived.hertz, derived.problem.traction_limit, derived.shear_compliance
+        plain = cell.slip_friction is None and not compliance.interlayer and derived.past is None and not derived.dissimilar
+        if not (derived.problem.line and undisturbed and plain) or hertz is None or (cell.free and cell.rigid_slip.any()):
+            return []
+        most = derived.problem.friction.coefficient * hertz.peak_pressure
+        compliances = np.array([compliance.along, compliance.across])
+        # The slip over the compliance is p0 μ (1 − a'/a), with a' the half-width of what sticks.
+        towards = cell.rigid_slip.mean(axis=(1, 2)) / compliances
+        if cell.free:
+            share = np.array([force or 0.0 for force in cell.force]) / limit
+            size = math.hypot(*share)
+            towards = share * (most * (1.0 - math.sqrt(max(1.0 - size, 0.0))) / (size or 1.0))
+        size, half = math.hypot(*towards), hertz.semi_axis_x
+        stick = half * max(1.0 - size / most, 0.0)
+        behind = self.grid.x[window.rows][:, None] + half - stick
+        traction = cell.traction_bound - most / half * np.sqrt(np.maximum(stick**2 - behind**2, 0.0))
+        along, across = (towards * compliances if cell.free else np.zeros(2)).tolist()
+        return [((towards / (size or 1.0))[:, None, None] * np.maximum(traction, 0.0), (along, across))]
 
     def _slip_friction(
         self, derived: DerivedQuantities, normal: Pressure, bound: Array, friction: Array | None, window: Window

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ from thermoroll_cli.physics.halfspace.elastic import normal_table
 from thermoroll_cli.physics.halfspace.relaxing import Relaxing
 from thermoroll_cli.physics.numerics.convolution import (
     Convolution,
-    even_length,
+    around,
     half_plane_symbol,
     in_pairs,
     multiply,
@@ -78,30 +78,34 @@ class NormalSolver:
         self.applications = 0
         self._blocks: Blocks | None = None
         self._convolution = Convolution(nx, ny)
-        px, py = (even_length(k + 4) for k in grid.shape)
-        reach = (max(nx, px // 2 + 1), max(ny, py // 2 + 1))
-        table = normal_table(*reach, grid.dx, grid.dy, contact_modulus)
-        if coatings is None:
-            symbol = quadrant_symbol(table, (px, py))
-        else:
-            table = table + coatings.normal_table(*reach, grid.dx, grid.dy)
-            symbol = coatings.periodic_symbols((px, py), grid.dx, grid.dy)[0]
+        rows, columns = (max(n, period // 2 + 1) for n, period in zip(grid.shape, around(grid.shape), strict=True))
+        self._table = normal_table(rows, columns, grid.dx, grid.dy, contact_modulus)
+        self._bodies = contact_modulus, coatings, relaxing
+        if coatings is not None:
+            self._table = self._table + coatings.normal_table(rows, columns, grid.dx, grid.dy)
             if has_stiff_layers(grid, coatings):
                 self._blocks = Blocks(grid, contact_modulus, coatings)
             border = coatings.near_border(grid.dx, grid.dy)
             self.contact_modulus, self._border_trust = border.contact_modulus, border.trust
-        self._kernel, self._symmetric = self._convolution.quadrant_spectrum(table), relaxing is None
+        self._kernel, self._symmetric = self._convolution.quadrant_spectrum(self._table), relaxing is None
         if relaxing is not None:
             added = relaxing.normal_table(nx, ny, grid.dx, grid.dy)
             self._kernel = self._kernel[:, ::2] + half_plane_symbol(added, (self._convolution.px, self._convolution.py))
-            symbol = relaxing.periodic_symbol(symbol, (px, py), grid.dx, grid.dy, contact_modulus)
             near = relaxing.near_border(grid.dx, grid.dy)
             self.contact_modulus, self._border_trust = near.contact_modulus, near.trust
         self._hat = self._convolution.empty_spectrum()
-        # Wrapped around, which costs a preconditioner nothing. Rounding could leave a wavenumber without stiffness; the kernel
-        # itself is positive.
-        self._periodic = Convolution(nx, ny, padded=(px, py))
-        self._inverse_symbol = in_pairs(1.0 / (np.maximum(symbol, 1e-12 * symbol.max()) if self._symmetric else symbol))
+
+    @cached_property
+    def _inverse(self) -> tuple[Convolution, AnyArray]:
+        """A plane that the kernel is wrapped around, which costs a preconditioner nothing, and the inverse of its symbol."""
+        (modulus, coatings, relaxing), grid, period = self._bodies, self.grid, around(self.grid.shape)
+        symbol: AnyArray = (quadrant_symbol(self._table, period) if coatings is None
+                            else coatings.periodic_symbols(period, grid.dx, grid.dy)[0])
+        if relaxing is not None:
+            symbol = relaxing.periodic_symbol(symbol, period, grid.dx, grid.dy, modulus)
+        # Rounding could leave a wavenumber without stiffness; the kernel itself is positive.
+        stiff = np.maximum(symbol, 1e-12 * symbol.max()) if self._symmetric else symbol
+        return Convolution(*grid.shape, padded=period), in_pairs(1.0 / stiff)
 
     def displacement(self, pressure: Array) -> Array:
         """u_z^e = A p in m, by free-space convolution (Eq. 6)."""
@@ -127,10 +131,11 @@ class NormalSolver:
 
     def preconditioner(self, contact: Mask, *, at_load: bool = True) -> Callable[[Array], Array]:
         """Displacement on the `contact`, zero outside, to about the pressure that causes it; `at_load` to one without load."""
+        plane, symbol = self._inverse
 
         def periodic(residual: Array) -> Array:
-            hat = self._periodic.forward(residual, out=self._periodic.plane)
-            return np.asarray(self._periodic.inverse(multiply(hat, self._inverse_symbol, out=hat)) * contact)
+            hat = plane.forward(residual, out=plane.plane)
+            return np.asarray(plane.inverse(multiply(hat, symbol, out=hat)) * contact)
 
         inverse = periodic if self._blocks is None else self._blocks.preconditioner(contact, periodic)
 

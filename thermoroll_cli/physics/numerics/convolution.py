@@ -75,10 +75,12 @@ class PaddedPlane:
         def plan(a: Any, b: Any, direction: str) -> Any:
             return pyfftw.FFTW(a, b, axes=(1,), direction=direction, flags=("FFTW_ESTIMATE",))
 
-        self._forward_y = plan(self.field, self._line_hat[:nx], "FFTW_FORWARD")
         self._forward_x = plan(self._columns, self.spectrum, "FFTW_FORWARD")
         self._inverse_x = plan(self.spectrum, self._back, "FFTW_BACKWARD")
-        self._inverse_y = plan(self._line_hat[:rows], self.line, "FFTW_BACKWARD")
+        self._across = py > 1
+        if self._across:
+            self._forward_y = plan(self.field, self._line_hat[:nx], "FFTW_FORWARD")
+            self._inverse_y = plan(self._line_hat[:rows], self.line, "FFTW_BACKWARD")
 
     def empty_spectrum(self) -> Spectrum:
         """An array for a spectrum that transforms can read and write directly."""
@@ -87,8 +89,9 @@ class PaddedPlane:
     def forward(self, out: Spectrum, phase: AnyArray | None = None) -> None:
         """Write the spectrum of `field` into `out`, each wavenumber along y times `phase` (py//2+1) if given."""
         safe_point()  # every step of every solver passes here
-        hat = self._line_hat[: self._nx]
-        self._forward_y.execute()
+        hat = self._line_hat[: self._nx] if self._across else self.field
+        if self._across:
+            self._forward_y.execute()
         if phase is not None:
             np.multiply(hat, phase, out=hat)
         self._columns[:, : self._nx] = hat.T
@@ -109,13 +112,15 @@ class PaddedPlane:
         plan.update_arrays(spectrum, self._back)
         plan.execute()
         # Negative offsets sit at the end of the periodic row.
-        b, hat = self._before, self._line_hat[: self._rows]
-        hat[b:] = self._back[:, : self._rows - b].T
+        b, back = self._before, self._back if self._across else self._back.real
+        hat = self._line_hat[: self._rows] if self._across else self.line
+        hat[b:] = back[:, : self._rows - b].T
         if b:
-            hat[:b] = self._back[:, -b:].T
+            hat[:b] = back[:, -b:].T
         if phase is not None:
             np.multiply(hat, phase, out=hat)
-        self._inverse_y.execute()
+        if self._across:
+            self._inverse_y.execute()
         counted.transforms += self._counts
 
 
@@ -197,13 +202,21 @@ class Convolution:
 
 
 def even_length(n: int) -> int:
-    """Length ≥ n that transforms fast and is even, as symmetric kernels need it."""
-    return 2 * int(fftw().next_fast_len((n + 1) // 2))
+    """Length ≥ n that transforms fast and is even, as symmetric kernels need it; of a single element, which has no other beside
+    it, 1."""
+    return 1 if n == 1 else 2 * int(fftw().next_fast_len((n + 1) // 2))
 
 
 def free_space(nx: int, ny: int) -> tuple[int, int]:
     """Sides (px, py) of the padded plane in which nx × ny elements do not see their periodic images."""
     return even_length(2 * nx - 1), even_length(2 * ny - 1)
+
+
+def around(shape: tuple[int, int]) -> tuple[int, int]:
+    """Sides (px, py) of the plane of a preconditioner: a few elements of padding suffice, because the wrap-around of a
+    preconditioner does not affect the accuracy of the solution."""
+    px, py = (even_length(n + 4 if n > 1 else 1) for n in shape)
+    return px, py
 
 
 def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int | tuple[int, int] = 1) -> Array:
@@ -213,7 +226,7 @@ def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int | tupl
     Offsets up to px/2 and py/2 count. A cosine or sine transform of the quadrant needs a quarter of the work of a transform of
     the whole plane. Raises ValueError if `padded` = (px, py) are not even."""
     px, py = padded
-    if px % 2 or py % 2:
+    if px % 2 * (px - 1) or py % 2 * (py - 1):
         raise ValueError(f"a symmetric kernel needs an even period, got {padded}")
     along, across = (parity, parity) if isinstance(parity, int) else parity
     hx, hy = px // 2, py // 2
@@ -234,13 +247,13 @@ def half_plane_symbol(table: Array, padded: tuple[int, int], parity: int = 1) ->
     Offsets up to py/2 count. Raises ValueError if the plane is too short along x, or py is not even."""
     px, py = padded
     n, hy = table.shape[-2] // 2, py // 2
-    if py % 2 or 2 * n + 1 > px:
+    if py % 2 * (py - 1) or 2 * n + 1 > px:
         raise ValueError(f"a table of {2 * n + 1} rows needs as many elements, and an even period across, got {padded}")
     half = np.zeros((*table.shape[:-2], hy + 1, px))
     part = np.swapaxes(table[..., : hy + 1], -2, -1)
     half[..., : part.shape[-2], : n + 1], half[..., : part.shape[-2], -n:] = part[..., n:], part[..., :n]
     if parity > 0:
-        return np.asarray(fft(dct(half, type=1, axis=-2), axis=-1))
+        return np.asarray(fft(dct(half, type=1, axis=-2) if hy else half, axis=-1))
     half[..., [0, -1], :] = 0.0
     if hy > 1:
         half[..., 1:-1, :] = dst(half[..., 1:-1, :], type=1, axis=-2)
@@ -254,7 +267,7 @@ def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
     result, inner = np.zeros_like(quarter), tuple(slice(1, -1) if parity < 0 else slice(None) for parity in (across, along))
     part = quarter[inner]
     if part.size:
-        for axis, parity in enumerate((across, along)):
+        for axis, parity in ((i, parity) for i, parity in enumerate((across, along)) if part.shape[i] > 1 or parity < 0):
             part = dct(part, type=1, axis=axis) if parity > 0 else dst(part, type=1, axis=axis)
         result[inner] = -part if along < 0 and across < 0 else part
     return result

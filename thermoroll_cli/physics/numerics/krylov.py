@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -38,7 +39,7 @@ def gmres(
     `expensive` is the linear convolution, `cheap` the element-wise rest, which must return a new array. Classical
     Gram–Schmidt needs two matrix products instead of k dot products; it is repeated where it has lost digits.
     """
-    norm = float(np.linalg.norm(right_hand_side))
+    norm = _length(right_hand_side)
     if norm == 0.0:
         zero = np.zeros_like(right_hand_side)
         return KrylovSolution(zero, zero.copy(), 0, 0.0)
@@ -83,16 +84,21 @@ def gmres(
 
 def _orthogonalised(w: Vector, basis: Vector) -> Vector:
     """Subtract from `w`, in place, its components along the orthonormal rows of `basis`. Returns them and the length left."""
-    before = float(np.linalg.norm(w))
+    before = _length(w)
     components = basis @ w
     w -= components @ basis
-    length = float(np.linalg.norm(w))
+    length = _length(w)
     if length < REPEATED_BELOW * before:
         correction = basis @ w
         w -= correction @ basis
         components += correction
-        length = float(np.linalg.norm(w))
+        length = _length(w)
     return np.append(components, length)
+
+
+def _length(vector: Vector) -> float:
+    """2-norm; numpy's own takes more than twice as long for short vectors."""
+    return math.sqrt(vector.dot(vector))
 
 
 def _combination(coefficients: list[float], vectors: list[Vector]) -> Vector:

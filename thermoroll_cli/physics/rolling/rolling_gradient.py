@@ -70,8 +70,9 @@ class FreeShear:
         threads: int = 1,
     ) -> None:
         self._shape = (2, shape[0] + 2 * margin, shape[1])
-        # One set of buffers per component: both spectra exist at the same time.
-        self._convolutions = [Convolution(*shape, margin, margin, padded) for _ in range(2)]
+        # Threads that work side by side need buffers of their own.
+        own = [Convolution(*shape, margin, margin, padded) for _ in range(2 if threads > 1 else 1)]
+        self._convolutions = own[0], own[-1]
         self._xx, self._yy, self._xy = (in_pairs(s) for s in symbols)
         self._traction_hat = [c.empty_spectrum() for c in self._convolutions]
         self._blocks = blocks(*self._traction_hat[0].shape)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, shear_tables
-from thermoroll_cli.physics.numerics.convolution import Parities, even_length
+from thermoroll_cli.physics.numerics.convolution import Parities, around
 from thermoroll_cli.physics.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 from thermoroll_cli.physics.rolling.rolling_gradient import FreeShear, MirroredShear, Symbols, shear_symbols
 from thermoroll_cli.tools.arrays import AnyArray
@@ -61,8 +61,7 @@ class StickInverse:
         self.shape = shape
         self._kept, self._decay = float(any(weights)), rate * dx
         n, m = shape
-        # A few elements of padding suffice: the wrap-around of a preconditioner does not affect the accuracy of the solution.
-        padded = even_length(n + 4), even_length((m if mirror is None else 2 * m) + 4)
+        padded = around((n, m if mirror is None else 2 * m))
         inverse = inverse_symbols(padded, dx, dy, compliance, weights, rate)
         self._solve = (FreeShear(shape, inverse, padded) if mirror is None else MirroredShear(shape, inverse, padded, mirror))
         self._sums = np.zeros((2, n + 1, m))
