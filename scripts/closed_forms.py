@@ -22,10 +22,10 @@ from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.exact.moving_sources import effusivity, ellipse_maximum, tian_kennedy_maximum
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.numerics.grid import Grid
-from thermoroll_cli.physics.rolling.differential_slip import differential_slip
 from thermoroll_cli.physics.rolling.newton import TangentialProblem
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver
@@ -167,7 +167,8 @@ def groove(grid: int) -> Iterator[Check]:
     problem = rolling(grid=grid, geometry=BEARING, friction=1e-6, creepage=(None, 0.0), force=(0.0, None),
                       differential_slip=True)
     result = solved(problem)
-    at_the_end = float(differential_slip(problem, np.array([1e-3 * result.of_problem["hertz_b_mm"]]))[0])
+    slip = DerivedQuantities(problem).kinematics.differential_slip
+    at_the_end = float(slip(np.array([1e-3 * result.of_problem["hertz_b_mm"]]))[0])
     s, exact = result.coupled.scalars, heathcote(result.of_problem["hertz_a_mm"] / result.of_problem["hertz_b_mm"])
     heat = s["Q_F_W"] / (problem.traction_limit * problem.motion.speed * at_the_end)
     yield Check("free rolling in a groove, μ → 0", "−ξ_x/(c b²)", -s["creepage_longitudinal"] / at_the_end, exact[0])

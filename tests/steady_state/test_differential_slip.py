@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy
 
 import thermoroll_cli
 from scripts.closed_forms import heathcote
@@ -18,11 +19,12 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.halfspace.coatings import Coatings
+from thermoroll_cli.physics.halfspace.layered import difference_compliance, halfspace_compliance
 from thermoroll_cli.physics.rolling import differential_slip as module
-from thermoroll_cli.physics.rolling.differential_slip import differential_slip
 from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Motion, Problem
+from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Problem, compliance_shares
 
 REFERENCES = reference("differential_slip")["cases"]
 FORCES = ("force_x_N", "force_y_N")
@@ -34,6 +36,10 @@ def with_slip(**options) -> Problem:
     """A ball in a groove with differential slip."""
     groove = {"geometry": GROOVE, "body": elastic(0.3), "load": 500.0, "friction": 0.1, "differential_slip": True}
     return rolling(**groove | options)
+
+
+def slip_of(problem: Problem) -> module.DifferentialSlip:
+    return DerivedQuantities(problem).kinematics.differential_slip
 
 
 def reference_case(name: str, grid: int) -> Problem:
@@ -51,7 +57,7 @@ def test_contact_and_the_fine_grid_agree(name, monkeypatch):
     monkeypatch.setattr(Geometry, "lateral_slip", lambda _, shares, x, y: 0.0 * x * y)
     given, problem = REFERENCES[name], reference_case(name, 64)
     s, limit = solve(problem).coupled.scalars, problem.traction_limit
-    assert differential_slip(problem, np.array([1e-3]))[0] == pytest.approx(given["c_1_mm2"], rel=1e-12)
+    assert slip_of(problem)(np.array([1e-3]))[0] == pytest.approx(given["c_1_mm2"], rel=1e-12)
     scales = dict.fromkeys(FORCES, limit) | {"spin_moment_Nmm": limit * max(given["semi_axes_mm"])}
     for key, scale in scales.items():
         assert abs(s[key] - given["with_the_term_N256"][key]) < 2e-4 * scale, key
@@ -85,7 +91,7 @@ def test_it_does_not_matter_where_the_origin_lies(at, offset):
 
     here, there = wheel(0.0), wheel(offset)
     if at == "origin":
-        slip, motion, place = DerivedQuantities(there).kinematics.differential_slip, there.motion, np.array([offset])
+        slip, motion, place = slip_of(there), there.motion, np.array([offset])
         spin = motion.spin + float(slip.slope(place)[0])
         there = replace(there, motion=replace(
             motion, at=at, creepage_x=motion.creepage_x + spin * offset - float(slip(place)[0]), spin=spin))
@@ -116,7 +122,7 @@ def full_sliding(grid: int) -> tuple[float, float, float]:
     result = solved(problem)
     assert result.converged, result.reason
     b = DerivedQuantities(problem).hertz.semi_axis_y
-    largest = float(differential_slip(problem, np.array([b]))[0])
+    largest = float(slip_of(problem)(np.array([b]))[0])
     s, slip = result.coupled.scalars, result.coupled.fields["slip_x"][grid // 2]
     assert abs(s["force_x_N"]) < 1e-6 * problem.traction_limit and s["gamma_st"] == 0.0
     j = int(np.flatnonzero((slip[1:] > 0.0) & (slip[:-1] <= 0.0))[-1])
@@ -143,7 +149,50 @@ def test_two_bodies_share_the_curvature_by_their_stiffness():
     assert sum(shares) == pytest.approx(1.0) and shares[0] == pytest.approx(0.75)
     rigid = replace(problem, upper=elastic(0.3, 1e20))
     # A rigid ball keeps its shape: the common surface is its own, y²/2R below.
-    assert differential_slip(rigid, np.array([1e-3]))[0] == pytest.approx(0.5e-6 / 0.02 * (2.0 / 0.02))
+    assert slip_of(rigid)(np.array([1e-3]))[0] == pytest.approx(0.5e-6 / 0.02 * (2.0 / 0.02))
+
+
+def test_a_coated_body_takes_the_share_that_its_coating_gives_it():
+    """The coefficients of y² of both displacements under √(1 − r²), with its load as weight, from Hankel's integral."""
+    k = np.exp(np.linspace(math.log(1e-3), math.log(1e3), 6001))
+    at = 0.5 * math.pi * (np.arange(100) + 0.5) / 100.0
+    radius, weight = np.sin(at), np.sqrt(np.sin(at)) * np.cos(at)
+    waves = scipy.special.j0(np.outer(radius, k)) * scipy.special.spherical_jn(1, k) * 1e-3
+
+    def curvature(body: Material) -> float:
+        top = halfspace_compliance(body.surface.youngs_modulus, body.surface.poisson_ratio).nn
+        more = difference_compliance(body.layers, (body.youngs_modulus, body.poisson_ratio), k * 1e3).nn if body.layers else 0.0
+        displacement = np.trapezoid((top + more) * waves, np.log(k), axis=1)
+        return float(np.linalg.lstsq(np.stack((radius**0, radius**2), axis=1) * weight[:, None], displacement * weight)[0][1])
+
+    body, other = elastic(0.3, 210e9), elastic(0.3, 70e9)
+    for thickness, modulus in ((3e-5, 2.4e9), (1e-3, 2.4e9), (3e-4, 400e9)):
+        coated = replace(body, layers=(Layer(thickness, modulus, 0.35),))
+        found, parts = Coatings.of(coated, other).shares(1e-3, 1e-3), (curvature(coated), curvature(other))
+        assert found == pytest.approx(np.array(parts) / sum(parts), abs=2e-3)
+        assert Coatings.of(other, coated).shares(1e-3, 1e-3) == pytest.approx(found[::-1])
+    # As thick as a body, it is one; as thin as nothing, there is none.
+    for thickness, like in ((1.0, replace(body, youngs_modulus=2.4e9)), (1e-9, body)):
+        thin = replace(body, layers=(Layer(thickness, 2.4e9, 0.3),))
+        assert Coatings.of(thin, other).shares(1e-3, 2e-4) == pytest.approx(compliance_shares(like, other), abs=1e-4)
+
+
+def test_a_thick_soft_coating_slips_as_a_body_of_its_material():
+    """Free rolling of a steel ball in a steel groove with a coating of fourteen half-widths: with the shares of the steels
+    a quarter of the heat would be missing."""
+    soft, options = elastic(0.49, 3e9), {"geometry": Geometry(math.inf, -0.03, 0.02, 0.02), "load": 40.0, "grid": 24,
+                                         "creepage": (None, 0.0), "force": (0.0, None)}
+    whole, coated = (solved(replace(with_slip(**options), lower=lower)) for lower in (
+        soft, replace(elastic(0.3, 210e9), layers=(Layer(6e-3, 3e9, 0.49),))))
+    assert coated["Q_F_W"] == pytest.approx(whole["Q_F_W"], rel=0.01)
+
+
+def test_a_curved_patch_warns_of_a_coating_that_its_surface_does_not_have():
+    geometry = conformal_patch(GROOVE, (0.5, 0.5))
+    for thickness, expected in ((2e-3, 1), (1e-7, 0)):
+        lower = replace(elastic(0.3, 210e9), layers=(Layer(thickness, 20e9, 0.3),))
+        warnings = solved(replace(with_slip(geometry=geometry, grid=16), lower=lower)).warnings
+        assert sum("shares of the substrates" in text for text in warnings) == expected
 
 
 def test_turned_upside_down_it_is_the_same_contact():

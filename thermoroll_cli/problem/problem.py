@@ -103,7 +103,7 @@ class Material:
 
 def compliance_shares(lower: Material, upper: Material) -> tuple[float, float]:
     """Shares w₁ and w₂ of two bodies in the compliance of their contact, with the sum 1; of coated bodies those of their
-    substrates."""
+    substrates, which very thin coatings do not change."""
     moduli = lower.plane_strain_modulus, upper.plane_strain_modulus
     return moduli[1] / sum(moduli), moduli[0] / sum(moduli)
 

@@ -19,7 +19,7 @@ from thermoroll_cli.one_contact.refinement.error_estimates import (
 from thermoroll_cli.one_contact.refinement.level import Level
 from thermoroll_cli.one_contact.refinement.plan import Plan, first_of_both
 from thermoroll_cli.one_contact.refinement.sharp_places import sharp_places
-from thermoroll_cli.one_contact.refinement.warnings import unresolved_coatings, warnings_after
+from thermoroll_cli.one_contact.refinement.warnings import surface_of_substrates, unresolved_coatings, warnings_after
 from thermoroll_cli.one_contact.steady_state.scalars import patches_of, problem_scalars
 from thermoroll_cli.physics.heat.frictional_heat import account
 from thermoroll_cli.problem.names import per_length
@@ -39,7 +39,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     resolution = Resolution.of(last, by_level, derived, plan)
     errors = estimates(resolution, {*unbounded, *unresolved})
     reasons = failures(isothermal, None if hot is cold else last)
-    warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *sharp]
+    warnings = [*plan.warnings, *unresolved_coatings(derived, last.here.grid), *surface_of_substrates(derived), *sharp]
     heat = last.here.heat(last.contact) if plan.runs("heat") else None
     warnings += warnings_after(derived, last, heat, resolution.edge)
     if missed := missed_accuracy(errors, by_level[-1], problem):

@@ -30,6 +30,7 @@ from thermoroll_cli.physics.halfspace.coatings import THICK
 from thermoroll_cli.physics.heat.frictional_heat import Heat
 from thermoroll_cli.physics.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.problem import BODIES, Layer, Material
 from thermoroll_cli.tools.arrays import Array
 
@@ -69,6 +70,20 @@ def _resolving(grid: Grid, thickness: float) -> str:
     finer = THICK * min(grid.dx, grid.dy) / thickness
     nx, ny = (math.ceil(finer * side) for side in grid.shape)
     return f"numerics.grid = {nx}" if nx == ny else f"numerics.grid = [{nx}, {ny}]"
+
+
+def surface_of_substrates(derived: DerivedQuantities) -> Iterator[str]:
+    """Doubt about a curved patch whose surface, and so its slip, was there before the share of its coatings was known."""
+    geometry = derived.problem.geometry
+    slips = derived.kinematics.has_traction and derived.problem.motion.differential_slip
+    if not (slips and derived.coatings is not None and isinstance(geometry, CurvedPatch)):
+        return
+    taken, share = derived.problem.compliance_shares[0], derived.compliance_shares[0]
+    slip = abs(share - taken) * derived.scales.approach * geometry.curvature_x / derived.saturation_creepage
+    if slip > WORTH_TELLING:
+        yield (f"the surface of this patch is curved by the shares of the substrates, {100.0 * taken:.0f} % for the lower "
+               f"body; with its coatings that is {100.0 * share:.0f} %: slip by the shapes is wrong by up to "
+               f"{100.0 * slip:.0f} % of the saturation creepage; a body all of the coating's material shows what this changes")
 
 
 def warnings_after(derived: DerivedQuantities, level: Level, heat: Heat | None, edge: float) -> Iterator[str]:

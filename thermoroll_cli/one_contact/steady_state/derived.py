@@ -72,6 +72,13 @@ class DerivedQuantities:
         return replace(of_surfaces, coatings=self.coatings, relaxing=self.relaxing, length=self.problem.length)
 
     @cached_property
+    def compliance_shares(self) -> tuple[float, float]:
+        """w₁ and w₂, the shares of the bodies in the compliance of this contact, of coated ones at its size."""
+        if self.coatings is None or self.problem.line:
+            return self.problem.compliance_shares
+        return self.coatings.shares(self.scales.semi_axis_x, self.scales.semi_axis_y)
+
+    @cached_property
     def coupling_constant(self) -> float:
         """K in 1/Pa, the coupling of the normal and the tangential problem; 0 for bodies without elastic mismatch. With layers
         K of the surfaces' materials."""
@@ -108,9 +115,9 @@ class DerivedQuantities:
     def contact_angles(self) -> tuple[float, float]:
         """Lowest and highest inclination in rad of the surface in which the bodies touch, across the contact but for its very
         ends, where crowns are vertical."""
-        scales, shares = self.scales, self.problem.compliance_shares
+        scales = self.scales
         y = scales.centre + 0.98 * scales.semi_axis_y * np.linspace(-1.0, 1.0, SLIP_SAMPLES)
-        angles = self.problem.geometry.surface_angle(shares, y)
+        angles = self.problem.geometry.surface_angle(self.compliance_shares, y)
         return float(angles.min()), float(angles.max())
 
     @property
@@ -202,8 +209,9 @@ class Kinematics:
     @cached_property
     def differential_slip(self) -> DifferentialSlip:
         """d(y), the variation of the longitudinal creepage across the contact; zero where its effect is negligible."""
-        half_lengths = self.derived.scales.semi_axis_x, self.derived.scales.semi_axis_y
-        return resolved(self.problem, self._across, half_lengths, self.derived.saturation_creepage,
+        derived = self.derived
+        return resolved(self.problem, derived.compliance_shares, self._across,
+                        (derived.scales.semi_axis_x, derived.scales.semi_axis_y), derived.saturation_creepage,
                         self.problem.numerics.negligible)
 
     @property

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from thermoroll_cli.physics.halfspace import layered
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
@@ -26,6 +27,9 @@ SHALLOW, DEEP = 1e-6, 30.0
 the surface."""
 UNCOUPLED = 1e-12
 """Difference of the bodies' coupling over the compliance, below which it is rounding."""
+STEP_OF_WAVES, LARGEST_WAVES, DIRECTIONS = 0.1, 30.0, 32
+"""Step and end of wave numbers over the inverse half-lengths, and directions, for `Coatings.shares`: their integrand falls like
+the fourth power."""
 THICK, RESOLVED = 4.0, 2.0
 """Thicknesses over the element's size: from the first the surface's material describes a border fully, below the second it
 alone does not describe it at all."""
@@ -103,6 +107,23 @@ class Coatings:
         lower, upper = self._compliances
         log = np.log(wave_numbers)
         return {name: np.interp(log, self._log_wave_numbers, lower[name] + upper[name]) for name in ("tt", "nn", "ss")}
+
+    def shares(self, half_x: float, half_y: float) -> tuple[float, float]:
+        """Shares of both bodies in the compliance of a contact with these half-lengths (m), with the sum 1: in the curvature
+        across, by least squares over the contact, of the displacement under Hertz's pressure.
+
+        With r² = (x/a)² + (y/b)² pressure and weight are √(1 − r²), whose transform is j₁(q)/q at q = (a kₓ, b k_y). The
+        curvature is read by √(1 − r²)((y/b)² + (x/a)²/4 − 1/4), to which 1 and x² are orthogonal."""
+        q = np.arange(0.5 * STEP_OF_WAVES, LARGEST_WAVES, STEP_OF_WAVES)
+        nodes, widths = np.polynomial.legendre.leggauss(DIRECTIONS)
+        angle = 0.25 * math.pi * (1.0 + nodes[:, None])
+        j1, j2, j3 = (scipy.special.spherical_jn(n, q) / q**n for n in (1, 2, 3))
+        read = 1.25 * j2 - 0.25 * j1 - q**2 * (np.sin(angle) ** 2 + 0.25 * np.cos(angle) ** 2) * j3
+        over_q = np.hypot(np.cos(angle) / half_x, np.sin(angle) / half_y)  # |k|/q
+        weight = widths[:, None] * j1 * read / over_q
+        lower, upper = (float((weight * np.interp(np.log(q * over_q), self._log_wave_numbers, body["nn"])).sum())
+                        for body in self._compliances)
+        return lower / (lower + upper), upper / (lower + upper)
 
     @cached_property
     def coupling_constant(self) -> float:

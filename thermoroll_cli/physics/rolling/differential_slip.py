@@ -1,8 +1,9 @@
 """Differential (Heathcote) slip: points of a rolling surface that lie further from the axis move faster.
 
 The bodies touch in a common surface that is, up to constants, z_s = w₂ z₁ + w₁ z₂ with z₁(y) the top of the lower body, z₂(y)
-the bottom of the upper one and w_i = E*(1 − ν_i²)/E_i, w₁ + w₂ = 1, so the stiffer body keeps more of its shape. The rolling
-radius of the lower body grows with z_s, that of the upper one shrinks, so the longitudinal creepage varies across the contact,
+the bottom of the upper one and w_i = E*(1 − ν_i²)/E_i, w₁ + w₂ = 1, so the stiffer body keeps more of its shape; of coated
+bodies w_i are the shares in what the pressure takes from the gap (`coatings`). The rolling radius of the lower body grows with
+z_s, that of the upper one shrinks, so the longitudinal creepage varies across the contact,
 
     ξ_x(y) = ξ_x + d(y),      d(y) = [z_s(y) − z_s(0) − y z_s'(0)] (1/R_x1 + 1/R_x2)
 
@@ -20,10 +21,11 @@ groove. Terms of the order of u_z/R are dropped, as everywhere in half-space the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from thermoroll_cli.problem.geometry import ContactGeometry
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.tools.arrays import Array
 
@@ -37,11 +39,12 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class DifferentialSlip:
-    """The functions d(y) and −x d'(y), or the reason why they are left out (`why_not`) with the bound of the relative change of
-    any scalar by them (`left_out`)."""
+    """The functions d(y) and −x d'(y) of a geometry and the shares w of its bodies, or the reason why they are left out
+    (`why_not`) with the bound of the relative change of any scalar by them (`left_out`)."""
 
-    problem: Problem
-    why_not: str
+    geometry: ContactGeometry
+    shares: tuple[float, float]
+    why_not: str = ""
     left_out: float = 0.0
 
     @property
@@ -50,49 +53,40 @@ class DifferentialSlip:
 
     def __call__(self, y: Array) -> Array:
         """d at the places `y` (m), dimensionless; zero if it is left out."""
-        return differential_slip(self.problem, y) if self.active else np.zeros(np.shape(y))
+        return self.geometry.longitudinal_slip(self.shares, y) if self.active else np.zeros(np.shape(y))
 
-    def lateral(self, x: Array, y: Array) -> Array:
+    def lateral(self, x: Array | float, y: Array) -> Array:
         """−x d'(y) at the places x, y (m), which are broadcast, unless the geometry has it otherwise."""
-        return self.problem.geometry.lateral_slip(self.problem.compliance_shares, x, y) if self.active else np.zeros(1)
+        return self.geometry.lateral_slip(self.shares, x, y) if self.active else np.zeros(1)
 
     def slope(self, y: Array) -> Array:
         """d'(y) in 1/m."""
-        return slope(self.problem, y) if self.active else np.zeros(np.shape(y))
-
-
-def differential_slip(problem: Problem, y: Array) -> Array:
-    """d(y) of the module's docstring at the places `y` (m), dimensionless."""
-    return problem.geometry.longitudinal_slip(problem.compliance_shares, y)
-
-
-def slope(problem: Problem, y: Array) -> Array:
-    """d'(y) in 1/m at the places `y` (m)."""
-    return problem.geometry.longitudinal_slope(problem.compliance_shares, y)
+        return self.geometry.longitudinal_slope(self.shares, y) if self.active else np.zeros(np.shape(y))
 
 
 def resolved(
-    problem: Problem, y: Array, half_lengths: tuple[float, float], saturation: float, negligible: float
+    problem: Problem, shares: tuple[float, float], y: Array, half_lengths: tuple[float, float], saturation: float,
+    negligible: float,
 ) -> DifferentialSlip:
-    """The differential slip of a contact that covers the places `y` (m), unless all scalars change by less than `negligible`.
+    """The differential slip of a contact that covers the places `y` (m), with the `shares` of its bodies, unless all scalars
+    change by less than `negligible`.
 
     It is compared with the creepage that drives the contact without it, at most the `saturation` creepage, because heat and
     stick change with the ratio; spin counts with the larger of the contact's `half_lengths` (m), d' with that along x."""
+    found = DifferentialSlip(problem.geometry, shares)
     if not problem.motion.differential_slip:
-        return DifferentialSlip(problem, "switched off")
-    parts = differential_slip(problem, y), problem.geometry.lateral_slip(problem.compliance_shares, half_lengths[0], y)
-    largest = float(np.abs(parts).max())
+        return replace(found, why_not="switched off")
+    largest = float(np.abs((found(y), found.lateral(half_lengths[0], y))).max())
     if largest == 0.0:
-        return DifferentialSlip(problem, "exactly zero: weighted by their stiffness, both surfaces curve alike")
+        return replace(found, why_not="exactly zero: weighted by their stiffness, both surfaces curve alike")
     if largest <= ROUNDING * saturation:
-        return DifferentialSlip(problem, f"{largest:.1e} of the speed: rounding of the radii")
+        return replace(found, why_not=f"{largest:.1e} of the speed: rounding of the radii")
     driving = min(saturation, _driving(problem, max(half_lengths), saturation))
     if LARGEST_EFFECT * largest < negligible * driving:
-        effect = LARGEST_EFFECT * largest / driving
         why = (f"{largest:.1e} of the speed at most, {largest / driving:.1e} of the creepage: "
                f"it changes nothing by more than {negligible:g}")
-        return DifferentialSlip(problem, why, effect)
-    return DifferentialSlip(problem, "")
+        return replace(found, why_not=why, left_out=LARGEST_EFFECT * largest / driving)
+    return found
 
 
 def _driving(problem: Problem, half_length: float, saturation: float) -> float:
