@@ -5,23 +5,29 @@ from __future__ import annotations
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from scripts.stress.outcome import Outcome
+from scripts.stress.wheelsets import RAILS, ROOT, WHEELS
+from thermoroll_cli import Case
 from thermoroll_cli.files.profile_file import read_outline
 
+SHIPPED = {"file": str(ROOT / WHEELS[0][0])}, {"file": str(ROOT / RAILS[0][0])}
+"""Tables of a wheel and a rail."""
 SAME = 2e-4
 """Distance (mm) of a point from itself: files have four decimals, or five digits with an exponent."""
 
 
 @dataclass(frozen=True)
 class ProfileFile:
-    """A file `name` with its `text`, and the points [y, z] (mm, z down) that it means."""
+    """A file `name` with its `text`, and the points [y, z] (mm, z down) that it means, of a `wheel` or a rail."""
 
     name: str
     text: str
     points: tuple[tuple[float, float], ...]
+    wheel: bool
 
 
 def random_file(seed: int) -> ProfileFile:
@@ -36,7 +42,7 @@ def random_file(seed: int) -> ProfileFile:
     z = z + rng.uniform(-5.0, 5.0)
     write = [_simpack, _miniprof, _columns][int(rng.integers(3))]
     ending, text = write(rng, y, z, wheel)
-    return ProfileFile(f"profile{ending}", text, tuple(zip(y.tolist(), z.tolist(), strict=True)))
+    return ProfileFile(f"profile{ending}", text, tuple(zip(y.tolist(), z.tolist(), strict=True)), wheel)
 
 
 def _number(value: float, kind: str) -> str:
@@ -78,12 +84,25 @@ def _columns(rng: np.random.Generator, y: np.ndarray, z: np.ndarray, wheel: bool
     return ".csv", "\n".join([*head, *_rows(rng, y, z, [";", "\t", ","], False)]) + "\n"
 
 
+def wheel_rail(wheel: dict[str, Any], rail: dict[str, Any], back: float) -> Case:
+    """A wheelset of tables of profiles, with y (mm) of its flange back."""
+    return Case.from_dict({
+        "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28}, "load": {"friction_coefficient": 0.3},
+        "rolling": {"speed_m_s": 1.0}, "track": {"rail_profile": rail},
+        "wheelset": {"nominal_radius_mm": 460.0, "vertical_N": 1e5, "flange_back_mm": back, "wheel_profile": wheel}})
+
+
 def check(case: ProfileFile) -> Outcome:
-    """The points are those that were written."""
+    """The points are those that were written, and a case with them is the same one, read back from its TOML or JSON."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / case.name
         path.write_text(case.text, encoding="utf-8")
         read = np.array(read_outline(path).content)
+        given = wheel_rail({"file": str(path)} if case.wheel else SHIPPED[0], SHIPPED[1] if case.wheel else {"file": str(path)},
+                           min(y for y, _ in case.points) if case.wheel else -70.0)
+        same = given.task == Case.parse(given.to_toml()).task == Case.from_json(given.to_json()).task
+    if not same:
+        return Outcome(broken=(f"{case.name}: its case is another one when it is read back",))
     wanted = np.array(case.points)
     if read.shape != wanted.shape:
         return Outcome(broken=(f"{case.name} has {len(read)} points, not {len(wanted)}",))

@@ -94,15 +94,21 @@ def displaced(seed: int) -> Case:
 
 
 def worn_wheel(rng: np.random.Generator) -> tuple[dict[str, Any], float]:
-    """The table of a profile as instruments find wheels, and y (mm) of its flange back: hollow, with a thin flange, the face
-    and the rounded edge of the rim, 4 µm of noise, any origin, and turned or mirrored signs."""
+    """The table of a profile as instruments find wheels, and y (mm) of its flange back: hollow or with a cylinder, on which
+    wheelsets have a dead zone, with a thin flange or one of up to 76°, the face and the chamfered or rounded edge of the rim,
+    4 µm of noise, any origin, and turned or mirrored signs."""
     y, z = np.array(read_outline(ROOT / WHEELS[0][0]).content).T
     if rng.random() < 0.6:
         z = z - float(rng.uniform(0.0, 1.5)) * np.exp(-(((y + 2.0) / 18.0) ** 2))
+    elif rng.random() < 0.5:    # heights near that of the running circle are its own
+        z = np.sign(z) * np.maximum(np.abs(z) - float(rng.uniform(0.02, 0.3)), 0.0)
+    if rng.random() < 0.4:      # the face of the flange turned from 70° towards its back
+        tip, steeper = int(np.argmax(z)), 1.0 / np.tan(np.radians(70.0)) - 1.0 / np.tan(np.radians(rng.uniform(70.0, 76.0)))
+        y = y + np.where(y > y[tip], steeper * (np.maximum(z, 0.0) - z[tip]), 0.0)
     if rng.random() < 0.4:      # a flange worn on its face
         y = y - float(rng.uniform(0.0, 3.0)) * np.exp(-(((y + 38.0) / 4.0) ** 2))
     if rng.random() < 0.5:
-        depth, round_off = float(rng.uniform(5.0, 35.0)), np.linspace(0.0, 0.5 * np.pi, 8)[1:]
+        depth, round_off = float(rng.uniform(5.0, 35.0)), np.linspace(0.0, 0.5 * np.pi, int(rng.choice([2, 8])))[1:]
         edge = y[-1] + 5.0 * np.sin(round_off), z[-1] - 5.0 * (1.0 - np.cos(round_off))
         y, z = np.concatenate((y, edge[0], edge[0][-1:])), np.concatenate((z, edge[1], edge[1][-1:] - depth))
     if rng.random() < 0.3:
@@ -117,8 +123,9 @@ def worn_wheelset(seed: int) -> Case:
     """A wheelset that looks measured near the middle of the track, or measured wheels on measured rails."""
     rng = np.random.default_rng([61, seed])
     content = _drawn(rng)
-    content["wheelset"] |= {"lateral_shift_mm": float(rng.uniform(-6.0, 6.0)), "wheels": "both", "yaw_mrad": 0.0,
-                            "vertical_N": float(rng.uniform(30e3, 160e3))}
+    # In the middle spin is most of the power.
+    content["wheelset"] |= {"lateral_shift_mm": 0.0 if rng.random() < 0.3 else float(rng.uniform(-6.0, 6.0)), "wheels": "both",
+                            "yaw_mrad": 0.0, "vertical_N": float(rng.uniform(30e3, 160e3))}
     content["wheelset"]["flange_back_distance_mm"], content["numerics"]["grid"] = 1360.0, 24
     if rng.random() < 0.5:
         profile, back = worn_wheel(rng)
