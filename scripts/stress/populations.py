@@ -138,6 +138,7 @@ POPULATIONS = {
     "rollers": Population(wheelsets.on_rollers, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "files of profiles": Population(profile_files.random_file, profile_files.check, 200),
+    "damaged files of profiles": Population(profile_files.damaged_file, profile_files.check_damaged, 1000),
     "bearings": Population(bearings.random_bearing, bearings.check, 40, limit=300.0),
     "contacts over time": Population(courses.random_course, courses.check, 100, limit=120.0),
     "heat over time": Population(courses.warm_course, courses.check, 40, limit=300.0),

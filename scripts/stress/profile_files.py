@@ -10,12 +10,20 @@ from typing import Any
 import numpy as np
 
 from scripts.stress.outcome import Outcome
-from scripts.stress.wheelsets import RAILS, ROOT, WHEELS
-from thermoroll_cli import Case
-from thermoroll_cli.files.profile_file import read_outline
+from scripts.stress.wheelsets import MEASURED, RAILS, ROOT, WHEELS
+from thermoroll_cli import Case, CaseError
+from thermoroll_cli.files.csv_table import TableError
+from thermoroll_cli.files.profile_file import read_outline, read_profile
+from thermoroll_cli.problem.geometry import Unsolvable
 
 SHIPPED = {"file": str(ROOT / WHEELS[0][0])}, {"file": str(ROOT / RAILS[0][0])}
 """Tables of a wheel and a rail."""
+FILES = sorted(path for folder in (MEASURED, MEASURED.parent / "synthetic_profiles", ROOT / "cases")
+               for path in folder.iterdir() if path.suffix.lower() in (".whl", ".ban", ".prr", ".prw", ".csv"))
+WORDS = (b"", b"nan", b"-inf", b"1e308", b"1e400", b"5e-324", b"1,5", b"1.2.3", b"1_0", b"\xb5", b"\x00", b'"', b";", b"=",
+         b"\x1b[31m", b"1D+02", b"ColumnDef=Y,X", b"ColumnDef=,", b"XOffset=1e300", b"YOffset=nan", b"units.len.f = 0",
+         b"units.len.f = nan", b"shift.z = inf", b"bound.y.min = nan", b"rotate = nan", b"point.begin", b"spline.end")
+"""Files of instruments and programs, and what may stand in them where something else should."""
 SAME = 2e-4
 """Distance (mm) of a point from itself: files have four decimals, or five digits with an exponent."""
 
@@ -82,6 +90,62 @@ def _miniprof(rng: np.random.Generator, y: np.ndarray, z: np.ndarray, wheel: boo
 def _columns(rng: np.random.Generator, y: np.ndarray, z: np.ndarray, wheel: bool) -> tuple[str, str]:
     head = ["y;z"] if rng.random() < 0.5 else []
     return ".csv", "\n".join([*head, *_rows(rng, y, z, [";", "\t", ","], False)]) + "\n"
+
+
+def damaged_file(seed: int) -> ProfileFile:
+    """A file of `random_file`, or one of an instrument or a program, with one to four changes as hands, programs and disks
+    make them."""
+    rng = np.random.default_rng([67, seed])
+    whole = random_file(seed)
+    name, content, wheel = whole.name, whole.text.encode(), whole.wheel
+    if rng.random() < 0.6:
+        path = FILES[rng.integers(len(FILES))]
+        name, content, wheel = f"profile{path.suffix}", path.read_bytes(), path.suffix in (".whl", ".prw")
+    for _ in range(rng.integers(1, 5)):
+        lines = content.split(b"\n")
+        k, word = int(rng.integers(len(lines))), WORDS[rng.integers(len(WORDS))]
+        match int(rng.integers(9)):
+            case 0:
+                words = lines[k].split() or [b""]
+                words[rng.integers(len(words))] = word
+                lines[k] = b" ".join(words)
+            case 1:
+                lines.insert(k, word)
+            case 2:
+                lines.insert(k, lines[rng.integers(len(lines))])
+            case 3:
+                del lines[k]
+            case 4:
+                lines = [lines[:k], lines[k:], lines[::-1]][rng.integers(3)]
+            case 5:
+                lines = [line.replace(b".", b",") for line in lines]
+            case 6:
+                lines = [(b" ", b"\t", b";", b",")[rng.integers(4)].join(line.split()) for line in lines]
+            case 7:
+                spoiled = bytearray(content or b"0")
+                spoiled[rng.integers(len(spoiled))] ^= 1 << int(rng.integers(8))
+                lines = [bytes(spoiled)]
+            case _:
+                lines = [content.decode("latin-1").encode(("utf-16", "utf-8-sig", "utf-16-be")[rng.integers(3)])]
+        content = b"\n".join(lines)
+    return ProfileFile(name, content.decode("utf-8", "surrogateescape"), (), wheel)
+
+
+def check_damaged(case: ProfileFile) -> Outcome:
+    """Each reader, and a wheelset with the outline, take the file or refuse it, and readers name it."""
+    broken = []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / case.name
+        path.write_bytes(case.text.encode("utf-8", "surrogateescape"))
+        tables = ({"file": str(path)}, SHIPPED[1]) if case.wheel else (SHIPPED[0], {"file": str(path)})
+        for read in (lambda: read_outline(path), lambda: read_profile(path), lambda: wheel_rail(*tables, -70.0).task):
+            try:
+                read()
+            except TableError as cause:
+                broken += [] if case.name in str(cause) else [f"refused without its name: {cause}"]
+            except (CaseError, Unsolvable):
+                continue
+    return Outcome(converged=not broken, broken=tuple(broken))
 
 
 def wheel_rail(wheel: dict[str, Any], rail: dict[str, Any], back: float) -> Case:

@@ -76,6 +76,7 @@ def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds
     ("displaced wheelsets", (2,)), ("conicities", (6,)), ("moved rails", (1,)), ("rollers", (3,)),
     ("given approaches", (0, 660167)), ("wear at an approach", (2,)),
     ("files of profiles", tuple(range(30))),  # every format, its headers and spellings
+    ("damaged files of profiles", tuple(range(30))),
     ("few rows and ends over time", (102,)),  # profiles, jumps at both ends
     ("line contacts over time", (108,)),
     ("rising friction", (40000115,)),  # elements that slip alone between sticking ones
