@@ -71,6 +71,10 @@ def fit(
         found = fitting.fit(read, measured, free, jobs=jobs, skip_failed=skip_failed, report=report)
     to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
 
+    def draw(path: Path, dpi: float | None = None) -> Path:
+        with style.applied():
+            return style.save(found.figure(), path, dpi)
+
     def section() -> Section:
         from thermoroll_cli.cli import report as page
 
@@ -78,7 +82,7 @@ def fit(
             read.settings.title or read.name,
             [f"A fit of {', '.join(found.parameters)} to {len(found.measured)} measured points."], found.reason, found.warnings,
             [page.Table(_values(found), ("", "value ± 95 %", "unit"), values=(1, 2))],
-            page.picture("fit", lambda path: style.save(found.figure(), path)),
+            page.picture("fit", draw),
             read.text, page.METHOD + " The values are those of least squares; the number behind ± is their 95 % interval.",
             estimated=False)  # fmt: skip
 
@@ -87,7 +91,7 @@ def fit(
         state += f" ({', '.join(doubtful)})"
     raise typer.Exit(deliver(
         to, read.name, f"{read.name}_fit", write=lambda: found.save(output, read.name), section=section,
-        draw=lambda: to.drawn(f"{read.name}_fit", lambda path: style.save(found.figure(), path, dpi)),
+        draw=lambda: to.drawn(f"{read.name}_fit", lambda path: draw(path, dpi)),
         record=found.record(), warnings=found.warnings, reason=found.reason,
         lines=lambda: [
             f"{read.name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
