@@ -74,17 +74,17 @@ def gallery(cases: Iterable[pathlib.Path], grid: int) -> str:
     thumbnails, sections = [], []
     for job, stems in JOBS.items():
         shown = [stem for stem in stems if stem in found]
-        thumbnails += [f"**{job}**\n\n<p class=\"thumbnails\">"] if shown else []
+        thumbnails += [f"**{job}**\n\n<div class=\"thumbnails\">"] if shown else []
         for stem in shown:
             case = Case.read(found[stem])
             title = case.settings.title
             words, commands = summary(case.text)
             commands = commands or [f"thermoroll run cases/{stem}.toml -o results"]
-            thumbnails.append(f'<a href="#{stem}" title="{title}"><img src="gallery/{stem}.png" alt="{title}"></a>')
+            thumbnails.append(f'<a href="#{stem}"><img src="gallery/{stem}.png" alt="">{title}</a>')
             sections.append(
                 f'## <span id="{stem}"></span>{title}\n\n`cases/{stem}.toml`\n\n{words}\n\n'
                 "```sh\n" + "\n".join(commands) + f"\n```\n\n![{KINDS[stem]} of {stem}](gallery/{stem}.png)\n")  # fmt: skip
-        thumbnails += ["</p>\n"] if shown else []
+        thumbnails += ["</div>\n"] if shown else []
     opening = (f"# Gallery\n\nThe cases in `cases/`, each with the picture of its subject on {grid} × {grid} elements. "
                "Maps are seen from below ([frames](frames.md)).\n\n")
     return opening + "\n".join(thumbnails) + "\n" + "\n".join(sections)

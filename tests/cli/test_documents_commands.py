@@ -240,9 +240,13 @@ def test_a_record_over_time(place: Path) -> None:
 
 
 def test_sweeps_and_tables(place: Path) -> None:
+    (measured,) = blocks("sweeps_and_tables", "text")
+    (place / "curve.csv").write_text(measured, encoding="utf-8")
     for block in blocks("sweeps_and_tables", "sh"):
         run(smaller(block), place)
     assert (place / "loads" / "sweep.csv").read_text().count("\n") == 1 + 3 * 2
+    found = Case.read(place / "fitted" / "vt_fra_roller_rig_fit.toml").settings.load.friction_coefficient
+    assert found == pytest.approx(0.5135, abs=0.04)     # that of all points, on a finer grid
     first, table = blocks("sweeps_and_tables", "python")
     python(first, place)
     assert "CreepForceTable" in table   # runs in test_creep_table.py

@@ -24,7 +24,7 @@ from thermoroll_cli.files.table_file import read_stored
 from thermoroll_cli.many_contacts.wheelset.conicity import NUMBERS, Conicity
 from thermoroll_cli.plots import pictures
 from thermoroll_cli.plots.conicity_figure import draw_conicity
-from thermoroll_cli.plots.sweep_figures import numbers, rows_of
+from thermoroll_cli.plots.sweep_figures import numbers, rows_of, words_of
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
@@ -251,7 +251,7 @@ def of_columns(table: Columns, name: str) -> Section:
         nonlocal why_not
         why_not = draw_table(table, path, dpi=DPI)
 
-    shown = picture(f"scalars over {' and '.join(table.label)}", draw)
+    shown = picture(f"scalars over {' and '.join(map(words_of, table.label))}", draw)
     return Section(
         table.title or name, [what, *([f"There is no picture: {why_not}."] if why_not else [])],
         "; ".join(failed[:5]) + (f"; and {len(failed) - 5} more" if len(failed) > 5 else ""), list(warnings),
