@@ -1,9 +1,10 @@
 """Measure the cost and the errors of thermoroll; write results.json, the benchmark's tables in docs/ and its figure.
 
-    python -m scripts.benchmark.bench [--only PART]... [--runs N] [--contact PROGRAM] [--peers PYTHON] [--page]
+    python -m scripts.benchmark.bench [--only PART]... [--row ROW]... [--runs N] [--contact PROGRAM] [--peers PYTHON] [--page]
 
-PROGRAM is CONTACT's executable, PYTHON an interpreter that has tamaas and ContactMechanics. Parts that are not measured keep
-the numbers of results.json. Times are processor seconds on one thread, medians over N runs (default 5).
+ROW is a function of `rows`: of the part of that name these are measured alone. PROGRAM is CONTACT's executable, PYTHON an
+interpreter that has tamaas and ContactMechanics. What is not measured keeps the numbers of results.json. Times are processor
+seconds on one thread, medians over N runs (default 5).
 """
 
 from __future__ import annotations
@@ -148,6 +149,7 @@ def processes(runs: int) -> list[dict[str, Any]]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", metavar="PART")
+    parser.add_argument("--row", action="append", metavar="ROW", choices=[row.__name__ for row in rows.ROWS])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--contact", metavar="PROGRAM", help="CONTACT's executable")
     parser.add_argument("--peers", metavar="PYTHON")
@@ -173,7 +175,11 @@ def main() -> None:
     for name in () if options.page else options.only or parts:
         log(name)
         solve(problem_of(HOT, 32))  # imports and buffers of a first solve belong to no measurement
-        results[name] = {"machine": machine() | {"runs": runs}, "measured": parts[name]()}
+        if name == "rows" and options.row and name in results:
+            found = {row["name"]: row for row in (*results[name]["measured"], *rows.measure(runs, options.row))}
+            results[name]["measured"] = list(found.values())
+        else:
+            results[name] = {"machine": machine() | {"runs": runs}, "measured": parts[name]()}
         record.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     page.write(results)
 

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import math
 import statistics
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from functools import partial
 from typing import Any
 
@@ -195,10 +195,13 @@ ROWS: list[Callable[[], Row]] = [
     conformal, wheelset, wheel]
 
 
-def measure(runs: int) -> list[dict[str, Any]]:
-    """Milliseconds per point of both ways, medians, and the ratios of single runs: median, least, largest."""
+def measure(runs: int, only: Collection[str] = ()) -> list[dict[str, Any]]:
+    """Milliseconds per point of both ways, medians, and the ratios of single runs: median, least, largest; of the rows `only`,
+    by the names of their functions, if there are any."""
     out = []
     for make in ROWS:
+        if only and make.__name__ not in only:
+            continue
         row = make()
         # Buffers and imports of a first call belong to no measurement.
         applications = [_applications(row.work()), _applications(row.plain())]
