@@ -92,7 +92,7 @@ class HistorySolver:
             for run, places in enumerate(runs):
                 steps = Steps(history, shape, self._options, self._threads, extent)
                 for moment in steps.moments(places, KeptSteps(journal, f"{extent:g}/{shape[0]}x{shape[1]}/{run}")):
-                    level.interpolated = steps.interpolated
+                    level.interpolated = steps.stepper.interpolated
                     level.add(moment)
                     if report is not None:
                         report("tangential", {

@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thermoroll_cli.many_contacts.history.course import History
+from thermoroll_cli.many_contacts.history.course import Begin, History
 from thermoroll_cli.many_contacts.history.kept_steps import NOTHING_KEPT, KeptSteps
 from thermoroll_cli.one_contact.refinement.refine import first_guess
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
@@ -37,8 +37,10 @@ from thermoroll_cli.one_contact.steady_state.fixed_point import HEAT, Learnt, St
 from thermoroll_cli.one_contact.steady_state.heated_bodies import HeatResponses, heated_bodies
 from thermoroll_cli.one_contact.steady_state.scalars import reported_state
 from thermoroll_cli.physics.heat.heat_over_time import End, HeatMemory, Place
-from thermoroll_cli.physics.heat.heat_response import HeatResponse, ThermalResponse
+from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatResponse, ThermalResponse
+from thermoroll_cli.physics.numerics.convolution import Parities
 from thermoroll_cli.physics.numerics.grid import Grid, Prolongation
+from thermoroll_cli.physics.numerics.krylov import Secants
 from thermoroll_cli.problem.contact import Contact, Past, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
@@ -94,91 +96,60 @@ class _StepHeat(HeatResponses):
         return self._own
 
 
-class Steps:
-    """A history on a grid of `shape` elements over `extent` half-lengths of the contact of its largest load (None: that of the
-    problem). Once it has begun, `interpolated` is the share of the force that was lost between the grid of a state from a file
-    and this one, and put back."""
+class Stepper:
+    """One contact on one grid, from one state over time to the next: `last` and `before` it are those that it has reached.
+    Once it has begun, `interpolated` is the share of the force that was lost between the grid of a state from a file and this
+    one, and put back."""
 
-    def __init__(
-        self, history: History, shape: tuple[int, int], options: SolverOptions | None = None, threads: int = 1,
-        extent: float | None = None,
-    ) -> None:
-        self.history, self._options = history, options or SolverOptions()
-        derived = DerivedQuantities(history.largest)
-        self._base = Discretisation(derived, shape, extent or derived.problem.numerics.extent, threads, self._options)
-        # Nothing is known of the symmetry of tractions that are given.
-        given = isinstance(history.course.begin, Result)
-        self.interpolated = 0.0
-        problem, self._hot = derived.problem, False
-        self._memory: HeatMemory | None = None
+    last: _Reached | None = None
+    before: _Reached | None = None
+    interpolated = 0.0
+
+    def __init__(self, base: Discretisation, mirror: Parities | None) -> None:
+        """`base` has the grid, and the kernels of all states; `mirror` is the symmetry that all have."""
+        self.base, self.mirror, self.hot = base, mirror, False
+        self.memory: HeatMemory | None = None
+        problem = base.derived.problem
         if problem.heating.heat:
             bodies = heated_bodies(problem, 0.0, 0.0)
-            self._hot = bool(problem.heating.deformation) and any(body.free_expansion for body in bodies)
-            self._memory = HeatMemory(self._base.grid, bodies, expands=self._hot)
-        self._mirror = None if given else DerivedQuantities(history.most).kinematics.mirror_on(
-            shape[1], heated=problem.friction_varies or self._hot)
+            self.hot = bool(problem.heating.deformation) and any(body.free_expansion for body in bodies)
+            self.memory = HeatMemory(base.grid, bodies, expands=self.hot)
 
-    def moments(self, rows: Array, kept: KeptSteps = NOTHING_KEPT) -> Iterator[Moment]:
-        """The states at the places `rows`, with further steps to the `stops` between them. The beginning, the last step, and
-        those that are not `kept` are solved."""
-        course = self.history.course
-        stops = self.history.with_stops(rows)
-        ends = zip(stops.tolist(), *(each.tolist() for each in self.history.clock(stops)), strict=True)
-        reached: _Reached | None = None
-        before: _Reached | None = None
-        work, solved = 0, True
-        for number, (stop, time, distance) in enumerate(ends):
-            known = None
-            if reached is None:
-                here, state = self._begin(stop)
-                now = End(time, ((0.0, 0.0), (0.0, 0.0)))
-            else:
-                known = kept.find(number, here.grid) if stop < rows[-1] else None
-                jumps = reached.place in course.jumps
-                here, now = self._here(
-                    stop, time, distance, reached, None if jumps else before, jumps=jumps, heats=known is None)
-                state = known.state if known is not None else fixed_point(
-                    here, first_guess(here, reached.contact, hot=self._hot), self._options.tolerances,
-                    learnt=Learnt(HEAT.first_residual, state.secants))
-            work, solved = work + state.applications, solved and state.converged
-            before, reached = reached, self._after(here, state.contact, stop, now, distance, reached)
-            heat = None if known is None else known.heat
-            if self._memory is not None and known is None:
-                found = here.heat(state.contact)
-                assert isinstance(found.response, HeatResponse)
-                heat = replace(found.into, slope=found.response.changes(found.into))
-            if self._memory is not None and heat is not None:
-                always = number == 0 and course.begin == "steady"
-                self._memory.add(heat, now, heated_bodies(
-                    here.derived.problem, *state.contact.tangential.creepage) if always else None)
-            if known is not None:
-                reported: State | None = State(known.fields, known.scalars, here.grid.x, here.grid.y)
-            else:
-                reported = self._reported(here, state, reached) if stop in rows else None
-                if number:
-                    kept.keep(number, state, heat, reported, whole=stop in course.places_of_fields)
-            if reported is not None and stop in rows:
-                yield Moment(stop, time, distance, here, state, reported, work,
-                             solved and state.contact.tangential.converged)
-                work, solved = 0, True
+    def solved(self, here: Discretisation, secants: Secants | None) -> SteadyState:
+        """The solution of the step `here`, from the last state; `secants` are what the step before has learnt."""
+        assert self.last is not None
+        return fixed_point(here, first_guess(here, self.last.contact, hot=self.hot), self.base.options.tolerances,
+                           learnt=Learnt(HEAT.first_residual, secants))
+
+    def remember(
+        self, here: Discretisation, contact: Contact, now: End, heat: DividedHeat | None = None, *, always: bool = False
+    ) -> DividedHeat | None:
+        """Remember the `heat` of a step, or without it that of its `contact`, which may have been the same at all times
+        before; it is returned, None without any."""
+        if self.memory is None:
+            return None
+        if heat is None:
+            found = here.heat(contact)
+            assert isinstance(found.response, HeatResponse)
+            heat = replace(found.into, slope=found.response.changes(found.into))
+        self.memory.add(heat, now, heated_bodies(here.derived.problem, *contact.tangential.creepage) if always else None)
+        return heat
 
     # --- the beginning -----------------------------------------------------------------------------------------------
 
-    def _begin(self, place: float) -> tuple[Discretisation, SteadyState]:
-        """The state that the history begins with: the steady one, or tractions that are given."""
-        begin, problem = self.history.course.begin, self.history.problem_at(place)
-        here = self._base.under(DerivedQuantities(problem))
+    def begin(self, problem: Problem, begin: Begin) -> tuple[Discretisation, SteadyState]:
+        """The state of `problem` to begin with: the steady one, or tractions that are given."""
+        here, tolerances = self.base.under(DerivedQuantities(problem)), self.base.options.tolerances
         mirror = None if isinstance(begin, Result) else here.derived.kinematics.mirror_on(
-            here.grid.ny, heated=problem.friction_varies or self._hot)
+            here.grid.ny, heated=problem.friction_varies or self.hot)
         # Displacements are needed wherever a later contact may be.
         here.traction.window_around(np.ones(here.grid.shape, dtype=bool), mirror, here.derived)
         guess = first_guess(here, None, hot=False)
         if begin == "steady":
-            cold = fixed_point(here, guess, self._options.tolerances)
-            return here, cold if not self._hot else fixed_point(
-                here, first_guess(here, cold.contact, hot=True), self._options.tolerances)
+            cold = fixed_point(here, guess, tolerances)
+            return here, cold if not self.hot else fixed_point(here, first_guess(here, cold.contact, hot=True), tolerances)
         nothing = np.zeros((2, *here.grid.shape))
-        past = Past(1.0 / here.grid.dx, nothing, self._mirror, rolls=False)
+        past = Past(1.0 / here.grid.dx, nothing, self.mirror, rolls=False)
         # Nothing rubs yet, and no heat flows.
         problem = replace(problem, heating=replace(problem.heating, partition=0.5))
         here = here.under(DerivedQuantities(self._still(problem, (0.0, 0.0), here.grid, 1.0), past))
@@ -223,28 +194,31 @@ class Steps:
 
     # --- one step ----------------------------------------------------------------------------------------------------
 
-    def _here(
-        self, place: float, time: float, distance: float, last: _Reached, before: _Reached | None, *, jumps: bool, heats: bool
+    def step(
+        self, problem: Problem, time: float, distance: float, shift: Place = (0.0, 0.0), *, jumps: bool = False,
+        heats: bool = True
     ) -> tuple[Discretisation, End]:
-        """The problem of the step that ends at `place`, with its past and, if it `heats`, its heat before."""
-        problem, grid, step = self.history.problem_at(place), self._base.grid, distance - last.distance
+        """The step that ends with `problem`, with its past and, if it `heats`, its heat before; at its beginning the inputs may
+        have jumped (`jumps`)."""
+        grid, last, before = self.base.grid, self.last, None if jumps else self.before
+        assert last is not None
+        step = distance - last.distance
         if step == 0.0:
-            shift = self.history.shift_at(place)
             moved = shift[0] - last.shift[0], shift[1] - last.shift[1]
             problem = self._still(problem, moved, grid, time - last.end.time)
-            past = Past(1.0 / grid.dx, last.u / grid.dx, self._mirror, rolls=False, friction=last.friction)
+            past = Past(1.0 / grid.dx, last.u / grid.dx, self.mirror, rolls=False, friction=last.friction)
         elif before is None or not last.rolls or not 0.0 < step <= MOST_GROWTH * (last.distance - before.distance):
-            past = Past(1.0 / step, last.u / step, self._mirror, friction=last.friction)
+            past = Past(1.0 / step, last.u / step, self.mirror, friction=last.friction)
         else:
             k = last.distance - before.distance
             one, two, rate = (step + k) / (step * k), step / (k * (step + k)), 1.0 / step + 1.0 / (step + k)
             friction = None if last.friction is None or before.friction is None else (
                 last.friction * (one / rate) - before.friction * (two / rate))
-            past = Past(rate, last.u * one - before.u * two, self._mirror, friction=friction)
+            past = Past(rate, last.u * one - before.u * two, self.mirror, friction=friction)
         constant = jumps or not past.rolls or not last.rolls
         now = End(time, self._moved(problem, step, last, constant=constant), constant)
-        heat = _StepHeat(self._memory, now) if self._memory is not None and heats else None
-        return self._base.under(DerivedQuantities(problem, past), heat), now
+        heat = _StepHeat(self.memory, now) if self.memory is not None and heats else None
+        return self.base.under(DerivedQuantities(problem, past), heat), now
 
     def _moved(self, problem: Problem, step: float, last: _Reached, *, constant: bool) -> tuple[Place, Place]:
         """How far the material of both bodies has moved at the end of a step over the distance `step`."""
@@ -255,7 +229,7 @@ class Steps:
         for given, found in zip((motion.creepage_x, motion.creepage_y), last.contact.tangential.creepage, strict=True):
             known = found if last.rolls == bool(step) else 0.0
             creepages.append(known if given is None else given if constant else 0.5 * (given + found))
-        along, across = (0.5 * creepage * (step or self._base.grid.dx) for creepage in creepages)
+        along, across = (0.5 * creepage * (step or self.base.grid.dx) for creepage in creepages)
         return (lower[0] + step + along, lower[1] + across), (upper[0] + step - along, upper[1] - across)
 
     @staticmethod
@@ -267,11 +241,12 @@ class Steps:
             creepage_x=None if motion.force_x is not None else shift[0] / grid.dx,
             creepage_y=None if motion.force_y is not None else shift[1] / grid.dx))
 
-    def _after(
-        self, here: Discretisation, contact: Contact, place: float, now: End, distance: float, last: _Reached | None
-    ) -> _Reached:
-        """The end of a step, with the energies since the `last` one (None: this is the first): by the trapezoidal rule, but of
+    def reach(
+        self, here: Discretisation, contact: Contact, place: float, now: End, distance: float, shift: Place = (0.0, 0.0)
+    ) -> None:
+        """Take the end of a step as the last state, with the energies since the one before: by the trapezoidal rule, but of
         inputs that have jumped, and of heat without rolling, which is that of the bound, by their values at the end."""
+        last = self.last
         rigid, tangential = here.derived.kinematics.rigid_slip(here.grid), contact.tangential
         motion = here.derived.problem.motion
         for i, force in enumerate((motion.force_x, motion.force_y)):
@@ -280,7 +255,7 @@ class Steps:
         u = here.traction.displacement(here.derived, tangential)
         if here.derived.dissimilar:
             u = u + here.traction.coupling.tangential_displacement(contact.normal.pressure)
-        shift, rolls = self.history.shift_at(place), here.derived.past is None or here.derived.past.rolls
+        rolls = here.derived.past is None or here.derived.past.rolls
         work = heat = 0.0
         if last is not None:
             step = distance - last.distance
@@ -291,10 +266,14 @@ class Steps:
             rate = tangential.work if now.constant else 0.5 * (tangential.work + last.contact.tangential.work)
             done = 0.5 * float(((tangential.traction + last.contact.tangential.traction) * mean).sum()) * here.grid.element_area
             work, heat = last.work + done * step, last.heat + rate * step
-        return _Reached(place, now, distance, contact, u, rigid, work, heat, shift, rolls, _friction_factor(here, contact))
+        self.before, self.last = last, _Reached(
+            place, now, distance, contact, u, rigid, work, heat, shift, rolls, _friction_factor(here, contact))
 
-    def _reported(self, here: Discretisation, state: SteadyState, reached: _Reached) -> State:
-        reported = reported_state(here, state.contact, heated=self._memory is not None)
+    def reported(self, here: Discretisation, state: SteadyState) -> State:
+        """What is reported of the last state."""
+        reached = self.last
+        assert reached is not None
+        reported = reported_state(here, state.contact, heated=self.memory is not None)
         tangential = state.contact.tangential
         stored = 0.5 * float((tangential.traction * here.traction.displacement(here.derived, tangential)).sum())
         # Work and the heat of a step differ by what is stored. What is conducted depends on what has flowed before.
@@ -306,6 +285,55 @@ class Steps:
             scalars |= dict.fromkeys(("creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm", "T_gamma_N",
                                       "T_gamma_without_spin_N"), math.nan)
         return replace(reported, scalars=scalars)
+
+
+class Steps:
+    """A history on a grid of `shape` elements over `extent` half-lengths of the contact of its largest load (None: that of the
+    problem)."""
+
+    def __init__(
+        self, history: History, shape: tuple[int, int], options: SolverOptions | None = None, threads: int = 1,
+        extent: float | None = None,
+    ) -> None:
+        self.history, derived = history, DerivedQuantities(history.largest)
+        base = Discretisation(derived, shape, extent or derived.problem.numerics.extent, threads, options)
+        self.stepper = Stepper(base, None)
+        # Nothing is known of the symmetry of tractions that are given.
+        if not isinstance(history.course.begin, Result):
+            self.stepper.mirror = DerivedQuantities(history.most).kinematics.mirror_on(
+                shape[1], heated=derived.problem.friction_varies or self.stepper.hot)
+
+    def moments(self, rows: Array, kept: KeptSteps = NOTHING_KEPT) -> Iterator[Moment]:
+        """The states at the places `rows`, with further steps to the `stops` between them. The beginning, the last step, and
+        those that are not `kept` are solved."""
+        history, course, stepper = self.history, self.history.course, self.stepper
+        stops = history.with_stops(rows)
+        ends = zip(stops.tolist(), *(each.tolist() for each in history.clock(stops)), strict=True)
+        work, solved = 0, True
+        for number, (stop, time, distance) in enumerate(ends):
+            known, problem, shift = None, history.problem_at(stop), history.shift_at(stop)
+            if stepper.last is None:
+                here, state = stepper.begin(problem, course.begin)
+                now = End(time, ((0.0, 0.0), (0.0, 0.0)))
+            else:
+                known = kept.find(number, here.grid) if stop < rows[-1] else None
+                here, now = stepper.step(problem, time, distance, shift, jumps=stepper.last.place in course.jumps,
+                                         heats=known is None)
+                state = known.state if known is not None else stepper.solved(here, state.secants)
+            work, solved = work + state.applications, solved and state.converged
+            stepper.reach(here, state.contact, stop, now, distance, shift)
+            heat = stepper.remember(here, state.contact, now, None if known is None else known.heat,
+                                    always=number == 0 and course.begin == "steady")
+            if known is not None:
+                reported: State | None = State(known.fields, known.scalars, here.grid.x, here.grid.y)
+            else:
+                reported = stepper.reported(here, state) if stop in rows else None
+                if number:
+                    kept.keep(number, state, heat, reported, whole=stop in course.places_of_fields)
+            if reported is not None and stop in rows:
+                yield Moment(stop, time, distance, here, state, reported, work,
+                             solved and state.contact.tangential.converged)
+                work, solved = 0, True
 
 
 def _friction_factor(here: Discretisation, contact: Contact) -> Array | None:
