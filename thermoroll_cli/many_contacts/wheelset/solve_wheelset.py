@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -18,13 +18,15 @@ from thermoroll_cli.many_contacts.wheelset.patch_problem import (
     problem_of_patch,
     solved_patch,
 )
+from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName, WheelsetProblem
 from thermoroll_cli.one_contact.refinement.plan import grid_sequence
 from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.physics.numerics.krylov import Anderson
 from thermoroll_cli.physics.numerics.roots import RisingRoot
-from thermoroll_cli.problem.problem import Numerics
+from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.arrays import Array
 
 MOST_ROUNDS, MIXED_ROUNDS, NEARLY_ROUNDS, LAST_ROUNDS = 32, 8, 20, 26
@@ -75,19 +77,55 @@ class SolvedWheelset:
 
 Loaded = list[tuple[SideName, Bearing]]
 """Patches that bear a wheelset, each with its side."""
-Solvers = dict[tuple[bool, SideName], list[tuple[float, Solver]]]
-"""Solvers of the patches, rough or not, of a side, with the places y (m) of those that they have solved."""
 
 
-def balanced(problem: WheelsetProblem, roll: float, before: SolvedWheelset | None, solvers: Solvers, threads: int,
+class SolvesPatches(Protocol):
+    """What solves a patch: a contact in the steady state, or a step of one over time."""
+
+    def solve(self, problem: Problem) -> Result:
+        """The result of the `problem` of a patch."""
+
+
+class Solvers(Protocol):
+    """What solves the patches of a wheelset, if they can (`rough_first`) on a rough grid before the wanted one."""
+
+    rough_first: bool
+
+    def of(self, side: SideName, patch: PatchSurface, *, rough: bool = False) -> SolvesPatches:
+        """What solves a `patch` of a `side`, on a rough grid or on the wanted one."""
+
+
+class SteadySolvers:
+    """Solvers of the steady state, rough or not, for each side, with the places y (m) of those patches that they have
+    solved."""
+
+    rough_first = True
+
+    def __init__(self, threads: int) -> None:
+        self._threads = threads
+        self._known: dict[tuple[bool, SideName], list[tuple[float, Solver]]] = {}
+
+    def of(self, side: SideName, patch: PatchSurface, *, rough: bool = False) -> Solver:
+        """The solver that has solved the patch nearest to `patch` on a side before."""
+        known, place = self._known.setdefault((rough, side), []), patch.y
+        near = min(known, key=lambda entry: abs(entry[0] - place), default=None)
+        if near is None or abs(near[0] - place) >= SAME_PATCH:
+            near = place, Solver(self._threads)
+            if not rough and self._known.get((True, side)):
+                near[1].last = self.of(side, patch, rough=True).last
+        known[:] = [*(entry for entry in known if entry is not near), (place, near[1])]
+        return near[1]
+
+
+def balanced(problem: WheelsetProblem, roll: float, before: SolvedWheelset | None, solvers: Solvers,
              report: Report) -> SolvedWheelset:
     """The wheelset in balance, from its first contact at a `roll` (rad), or from where one stood `before`; its patches go on
     from what `solvers` have solved. Raises Unsolvable where a wheel misses its rail."""
-    state = _Search(problem, roll, before, report, solvers, threads)
+    state = _Search(problem, roll, before, report, solvers)
     # First on a rough grid, without heat unless friction depends on it.
     contact, rough = problem.contact, problem
     grids, heating = grid_sequence(contact), contact.heating
-    if len(grids) >= 3:
+    if len(grids) >= 3 and solvers.rough_first:
         heating = heating if contact.friction_varies else replace(heating, heat=False, deformation=False)
         numerics = Numerics(grids[1], None, contact.numerics.extent)
         rough = replace(problem, contact=replace(contact, numerics=numerics, heating=heating, subsurface=None, wear=None))
@@ -119,8 +157,8 @@ class _Search:
     what the next standing knows of them."""
 
     def __init__(self, problem: WheelsetProblem, roll: float, before: SolvedWheelset | None, report: Report,
-                 solvers: Solvers, threads: int) -> None:
-        self.problem, self.report, self.solvers, self.threads = problem, report, solvers, threads
+                 solvers: Solvers) -> None:
+        self.problem, self.report, self.solvers = problem, report, solvers
         self.wheels = wheels_of(problem)
         self.standing = Standing(roll, 0.0, {})
         self.loaded, self.known, self.patches = Loaded(), Loaded(), tuple[SolvedPatch, ...]()
@@ -282,7 +320,7 @@ class _Search:
         motion = self._motion(self.velocity)
         patches = []
         for side, bearing in self.loaded:
-            solver = self._solver(side, bearing.patch.y, rough=problem is not self.problem)
+            solver = self.solvers.of(side, bearing.patch, rough=problem is not self.problem)
             result = solver.solve(problem_of_patch(problem.contact, bearing, motion[side]))
             patches.append(solved_patch(side, bearing, motion[side], result))
         self.patches = tuple(patches)
@@ -306,17 +344,6 @@ class _Search:
         """The motion of each side, as of a right one, with an angular velocity (rad/s)."""
         motion = replace(self.problem.motion, angular_velocity=velocity)
         return {"left": motion.mirrored, "right": motion}
-
-    def _solver(self, side: SideName, place: float, *, rough: bool) -> Solver:
-        """The solver that has solved the patch nearest to `place` on a side before."""
-        known = self.solvers.setdefault((rough, side), [])
-        near = min(known, key=lambda entry: abs(entry[0] - place), default=None)
-        if near is None or abs(near[0] - place) >= SAME_PATCH:
-            near = place, Solver(self.threads)
-            if not rough and self.solvers.get((True, side)):
-                near[1].last = self._solver(side, place, rough=True).last
-        known[:] = [*(entry for entry in known if entry is not near), (place, near[1])]
-        return near[1]
 
     def _unbalanced(self, forward: float, torque: float, limit: float) -> float:
         """What drives the wheelset in vain, over the limit of friction (N), positive where it must turn more slowly backwards,

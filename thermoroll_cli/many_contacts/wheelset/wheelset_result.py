@@ -14,7 +14,7 @@ from thermoroll_cli.many_contacts.wheelset.first_contact import touching, wheels
 from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, SAME_PATCH, STIFFENING
 from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import patches_of
-from thermoroll_cli.many_contacts.wheelset.solve_wheelset import FINE, ROUGH, Report, SolvedWheelset, Solvers, balanced
+from thermoroll_cli.many_contacts.wheelset.solve_wheelset import FINE, ROUGH, Report, SolvedWheelset, SteadySolvers, balanced
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
 from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_kind, of_side
 from thermoroll_cli.problem.problem import BODIES
@@ -43,9 +43,8 @@ class WheelsetSolver:
     """Solves wheelset after wheelset; each begins where the last one stood, and its patches from the last results."""
 
     def __init__(self, threads: int = 1) -> None:
-        self.threads = threads
         self._before: SolvedWheelset | None = None
-        self._solvers: Solvers = {}
+        self._solvers = SteadySolvers(threads)
 
     def solve(self, problem: WheelsetProblem, *, report: Report | None = None) -> Result:
         """The result of `problem`. `report` is called with a stage and a mapping as the work goes on. Raises Unsolvable if a
@@ -53,7 +52,7 @@ class WheelsetSolver:
         first = touching(problem)
         warnings = tuple(wheelset_warnings(problem, first))
         roll = next(iter(first.values())).position.roll * sign_of(problem.sides[0])
-        found = balanced(problem, roll, self._before, self._solvers, self.threads, report or (lambda stage, info: None))
+        found = balanced(problem, roll, self._before, self._solvers, report or (lambda stage, info: None))
         self._before = None if found.reason else found
         return _result_of(found, warnings)
 
