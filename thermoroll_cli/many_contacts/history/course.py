@@ -101,6 +101,12 @@ class Course:
         share = np.where(width > 0.0, (places - known[right - 1]) / np.where(width > 0.0, width, 1.0), 0.0)
         return np.asarray(given[right - 1] + np.clip(share, 0.0, 1.0) * (given[right] - given[right - 1]))
 
+    def slope(self, key: str, place: float) -> float:
+        """The change of `key` in its unit per s or m before a place; at the first place that after it."""
+        known, given = self._arrays[0], self._arrays[1][key]
+        right = max(int(np.searchsorted(known, place, side="left")), int(np.argmax(known > known[0])))
+        return float((given[right] - given[right - 1]) / (known[right] - known[right - 1]))
+
     @cached_property
     def _arrays(self) -> tuple[Array, dict[str, Array]]:
         """`places` and `values`: records have tens of thousands."""
@@ -108,16 +114,17 @@ class Course:
 
 
 @dataclass(frozen=True)
-class History:
-    """A contact over time: the `problem` with the values that do not change, and the `course` of those that do."""
+class OverTime:
+    """Anything that rolls over time: its `problem` with the values that do not change, and the `course` of those that do."""
 
-    problem: Problem
+    problem: Any
     course: Course
 
     @property
     def contact(self) -> Problem:
-        """The problem that all steps share."""
-        return self.problem
+        """The problem of a contact that all steps share."""
+        found: Problem = self.problem.contact
+        return found
 
     @property
     def stops(self) -> tuple[float, ...]:
@@ -134,6 +141,34 @@ class History:
         """Places from which a step knows one state alone, and is of first order: `stops`, and a start from nothing. A state
         from a file goes on as one of the same history does."""
         return (*(self.course.places[:1] if self.course.begin == "pressed" else ()), *self.stops)
+
+    def clock(self, places: Array) -> tuple[Array, Array]:
+        """Time in s and distance rolled in m at `places`. The one that is not given begins at 0 and is the integral of the
+        speed, which varies linearly between the places of the course, or of one over it."""
+        knots = np.unique(np.concatenate([places, self.course.places]))
+        if SPEED in self.course.values:
+            one, other = self.course.at(SPEED, knots, after=True)[:-1], self.course.at(SPEED, knots)[1:]
+        else:
+            one = other = np.full(len(knots) - 1, self.problem.motion.speed)
+        rates = 0.5 * (one + other)
+        if self.course.by_distance:
+            change = other - one
+            varies = np.abs(change) > 1e-6 * rates
+            rates = np.where(varies, np.log(other / one) / np.where(varies, change, 1.0), 1.0 / rates)
+        total = np.concatenate([[0.0], np.cumsum(np.diff(knots) * rates)])
+        found = total[np.searchsorted(knots, places)]
+        return (found, places) if self.course.by_distance else (places, found)
+
+
+@dataclass(frozen=True)
+class History(OverTime):
+    """A contact over time."""
+
+    problem: Problem
+
+    @property
+    def contact(self) -> Problem:
+        return self.problem
 
     def problem_at(self, place: float, *, after: bool = False) -> Problem:
         """The problem at one place of the course; at a jump the one before it, or `after` it."""
@@ -169,20 +204,3 @@ class History:
         motion = replace(motions[0], creepage_x=None if along else largest("creepage_x"), spin=largest("spin"),
                          creepage_y=None if across else largest("creepage_y"))
         return replace(self.largest, motion=motion)
-
-    def clock(self, places: Array) -> tuple[Array, Array]:
-        """Time in s and distance rolled in m at `places`. The one that is not given begins at 0 and is the integral of the
-        speed, which varies linearly between the places of the course, or of one over it."""
-        knots = np.unique(np.concatenate([places, self.course.places]))
-        if SPEED in self.course.values:
-            one, other = self.course.at(SPEED, knots, after=True)[:-1], self.course.at(SPEED, knots)[1:]
-        else:
-            one = other = np.full(len(knots) - 1, self.problem.motion.speed)
-        rates = 0.5 * (one + other)
-        if self.course.by_distance:
-            change = other - one
-            varies = np.abs(change) > 1e-6 * rates
-            rates = np.where(varies, np.log(other / one) / np.where(varies, change, 1.0), 1.0 / rates)
-        total = np.concatenate([[0.0], np.cumsum(np.diff(knots) * rates)])
-        found = total[np.searchsorted(knots, places)]
-        return (found, places) if self.course.by_distance else (places, found)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from thermoroll_cli.many_contacts.history.course import SPEED, History
+from thermoroll_cli.many_contacts.history.course import SPEED, History, OverTime
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
@@ -39,17 +39,17 @@ Runs = tuple[tuple[int, int], list[Array]]
 """A grid, and the places of the steps of each run on it."""
 
 
-def grids_of(history: History) -> Iterator[Runs]:
+def grids_of(history: OverTime) -> Iterator[Runs]:
     """Grids from coarse to fine with the places of the steps of each run: half the elements with every second row and with all
     others, what is asked for, and where an accuracy is asked for twice the elements and the steps again and again. Steps after
     a restart, of first order, are halved, and compared with whole ones."""
-    rows, numerics, restarts = history.course.rows, history.problem.numerics, np.array(history.restarts)
+    rows, numerics, restarts = history.course.rows, history.contact.numerics, np.array(history.restarts)
     restarts = restarts[restarts < rows[-1]]
 
     def after(places: Array) -> Array:
         return places[np.searchsorted(places, restarts, side="right")]
 
-    sides = (numerics.grid or (FIRST, FIRST))[: 1 if history.problem.line else 2]
+    sides = (numerics.grid or (FIRST, FIRST))[: 1 if history.contact.line else 2]
 
     def shape(counts: Iterable[int]) -> tuple[int, int]:
         """Elements along and across, of which a line contact has one."""
@@ -82,10 +82,10 @@ def check(history: History) -> None:
                 raise Unsolvable(f"{where}: {reason}", key, reason.allowed)
 
 
-def warnings_of(history: History) -> list[str]:
+def warnings_of(history: OverTime) -> list[str]:
     """Warnings that need no solution."""
     count = len(history.course.rows) - 1
-    doubtful = count < FEW and history.problem.motion.speed > 0.0 and history.problem.numerics.accuracy is None
+    doubtful = count < FEW and history.problem.motion.speed > 0.0 and history.contact.numerics.accuracy is None
     return [f"few steps ({count}): errors may be larger than estimated; set history.steps"] if doubtful else []
 
 

@@ -160,6 +160,13 @@ def _missed(result: Result, history: History) -> list[str]:
     return missed_accuracy(errors, largest, history.problem)
 
 
+def over_rows(places: Array, known: Array, difference: Array) -> Array:
+    """The `difference` from a coarser history, (n,) at the places `known`, at all `places`: it changes its sign, so that it
+    counts no less than in the rows beside it, and than its mean over all."""
+    beside = scipy.ndimage.maximum_filter1d(difference, 3)
+    return np.maximum(np.interp(places, known, beside), np.sqrt((difference**2).mean()))
+
+
 def _errors(
     history: History, rows: Sequence[Row], coarser: Sequence[Row], dx: float, interpolated: float = 0.0
 ) -> dict[str, Array]:
@@ -186,8 +193,7 @@ def _errors(
         known = ~np.isnan(difference)
         given = name in ALL_SCALARS and holds(ALL_SCALARS[name].given, problem)
         if known.any() and difference[known].any() and not given:
-            beside = scipy.ndimage.maximum_filter1d(difference[known], 3)
-            error = np.maximum(np.interp(places, places[both][known], beside), np.sqrt((difference[known] ** 2).mean()))
+            error = over_rows(places, places[both][known], difference[known])
             found[name] = np.where(np.isnan(column), math.nan, safety * error + FLOOR * error_scale(name, largest))
     forgotten = np.exp((rolled[0] - rolled) / (2.0 * half))
     first = np.hypot(*(columns[known_as(name, columns)][0] for name in ("force_x_N", "force_y_N")))

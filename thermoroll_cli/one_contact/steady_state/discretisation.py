@@ -95,7 +95,8 @@ class Discretisation:
         other.derived, other._heats, other.responses = derived, WeakKeyDictionary(), responses or self.responses
         if not self.has_kernels_of(derived):
             other.pressure = PressureSolver(
-                derived, self.grid, self.extent, self.options.tolerances.normal, whole_elements=self.options.whole_elements,
+                derived, self.grid, None if self.followed else self.extent, self.options.tolerances.normal,
+                whole_elements=self.options.whole_elements,
                 start=self.isothermal_pressure.start * (derived.scales.peak_pressure / self.derived.scales.peak_pressure))
         return other
 

@@ -1,0 +1,362 @@
+"""A wheelset over time: it moves on a given path, and its patches remember their tractions.
+
+At each row the wheelset is in balance as in the steady state (`wheelset.solve_wheelset`), but its patches are contacts over
+time (`steps`). There is no inertia: forces that are given, or the missing torque about the axle, hold at each moment. Where a
+position changes, its velocity is that of the path.
+
+A patch has one grid for all rows. It stays with the material of the rail across, by the arc length of the outline; so a patch
+that wanders keeps its tractions where they are. That the material of the wheel lies elsewhere by then, and that tractions turn
+with the surface, is left out: both are as small as the ratio of the velocities across and along. A patch that appears begins
+without tractions, and one that is gone has forgotten its own when it comes back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from thermoroll_cli.many_contacts.history.course import SPEED, Begin, OverTime
+from thermoroll_cli.many_contacts.history.history_plan import grids_of, warnings_of
+from thermoroll_cli.many_contacts.history.solve import SAFETY, over_rows
+from thermoroll_cli.many_contacts.history.steps import Stepper
+from thermoroll_cli.many_contacts.wheelset.first_contact import touching, wheelset_warnings
+from thermoroll_cli.many_contacts.wheelset.one_wheel import SAME_PATCH, NoHeight
+from thermoroll_cli.many_contacts.wheelset.patch_problem import problem_of_patch
+from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, nearest
+from thermoroll_cli.many_contacts.wheelset.solve_wheelset import Report, SolvedWheelset, balanced
+from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, wheels_of
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName, WheelsetProblem, sign_of
+from thermoroll_cli.many_contacts.wheelset.wheelset_result import result_of
+from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
+from thermoroll_cli.one_contact.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
+from thermoroll_cli.one_contact.steady_state.fixed_point import SteadyState
+from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
+from thermoroll_cli.physics.heat.heat_over_time import End
+from thermoroll_cli.physics.numerics.grid import Domain
+from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.curved_patch import CurvedPatch
+from thermoroll_cli.problem.names import PLACES, UNCERTAINTY
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.tools.arrays import Array
+
+PATH = {"wheelset.lateral_shift_mm": ("y", "lateral"), "wheelset.height_mm": ("z", "vertical"),
+        "wheelset.roll_mrad": ("roll", "roll_rate"), "wheelset.yaw_mrad": ("yaw", "yaw_rate")}
+"""Keys of the path, in thousandths of SI units: what they are of the position, and which velocity follows from them."""
+
+
+def _moving(name: str, factor: float = 1.0) -> Callable[[WheelsetProblem, float], WheelsetProblem]:
+    return lambda problem, value: replace(problem, motion=replace(problem.motion, **{name: factor * value}))
+
+
+def _rolling(problem: WheelsetProblem, speed: float) -> WheelsetProblem:
+    contact = replace(problem.contact, motion=replace(problem.contact.motion, speed=speed))
+    return replace(problem, contact=contact, motion=replace(problem.motion, speed=speed))
+
+
+def _rubbing(problem: WheelsetProblem, coefficient: float) -> WheelsetProblem:
+    friction = replace(problem.contact.friction, coefficient=coefficient)
+    return replace(problem, contact=replace(problem.contact, friction=friction))
+
+
+VARIED: dict[str, Callable[[WheelsetProblem, float], WheelsetProblem]] = {
+    **{key: lambda problem, value, name=name: replace(  # type: ignore[misc]
+        problem, position=replace(problem.position, **{name: 1e-3 * value})) for key, (name, _) in PATH.items()},
+    "wheelset.vertical_N": lambda problem, value: replace(problem, vertical=value),
+    "wheelset.traction_N": lambda problem, value: replace(problem, traction=value),
+    "wheelset.angular_velocity_rad_s": _moving("angular_velocity", -1.0),
+    "wheelset.lateral_velocity_mm_s": _moving("lateral", 1e-3), "wheelset.vertical_velocity_mm_s": _moving("vertical", 1e-3),
+    "wheelset.roll_rate_mrad_s": _moving("roll_rate", 1e-3), "wheelset.yaw_rate_mrad_s": _moving("yaw_rate", 1e-3),
+    SPEED: _rolling,
+    "load.friction_coefficient": _rubbing,
+}
+"""Keys of a wheelset that may change over time, with what they change."""
+
+
+@dataclass(frozen=True)
+class WheelsetHistory(OverTime):
+    """A wheelset over time."""
+
+    problem: WheelsetProblem
+
+    def problem_at(self, place: float) -> WheelsetProblem:
+        """The problem at one place of the course."""
+        problem, course = self.problem, self.course
+        for key in course.values:
+            problem = VARIED[key](problem, float(course.at(key, np.array([place]))[0]))
+        speed = problem.motion.speed if course.by_distance else 1.0
+        rates = {rate: 1e-3 * speed * course.slope(key, place) for key, (_, rate) in PATH.items() if key in course.values}
+        return replace(problem, motion=replace(problem.motion, **rates))
+
+
+@dataclass(frozen=True)
+class _Row:
+    """Where a row lies: its `place` in the course, `time` (s) and `distance` rolled (m)."""
+
+    place: float
+    time: float
+    distance: float
+
+
+@dataclass
+class _PatchOverTime:
+    """A patch on its grid of `shape` elements over the part of the rail's outline from `low` to `high`, and `length` along (all
+    in m), of which it knows the last place `y`. `turn` is that of the rows that is being solved."""
+
+    side: SideName
+    y: float
+    length: float
+    low: float
+    high: float
+    run: _Patches
+    shift: float = 0.0
+    used: bool = False
+    _stepper: Stepper | None = None
+    _reached: tuple[object, object] = (None, None)
+    _trial: tuple[Discretisation, SteadyState, End] | None = None
+
+    def hold(self, derived: DerivedQuantities) -> None:
+        """Let the grid hold the contact of a problem, too."""
+        domain = derived.scales.domain(self.run.extent)
+        self.length = max(self.length, domain.side_x + 2.0 * abs(domain.centre_x))
+        self.low = min(self.low, domain.centre - 0.5 * domain.side_y)
+        self.high = max(self.high, domain.centre + 0.5 * domain.side_y)
+
+    def solve(self, problem: Problem) -> Result:
+        """The step to the row that is being solved, with the `problem` of the patch there."""
+        run, moved = self.run, _moved(problem, self.shift)
+        derived = DerivedQuantities(moved)
+        if self._stepper is None:
+            if self.length == 0.0:
+                # Friction brings it to bear where no patch was expected.
+                self.hold(derived)
+            domain = Domain(self.length, self.high - self.low, 0.5 * (self.low + self.high))
+            self._stepper = Stepper(Discretisation(
+                derived, run.shape, run.extent, run.threads, run.options, followed=domain), None)
+        stepper, row, before = self._stepper, run.row, run.before
+        stepper.last, stepper.before = self._reached  # type: ignore[assignment]
+        if before is not None and stepper.last is None:
+            # It has appeared since then.
+            here, state = stepper.begin(moved, "pressed")
+            stepper.reach(here, state.contact, before.place, End(before.time, ((0.0, 0.0), (0.0, 0.0))), before.distance)
+        if before is None:
+            here, state = stepper.begin(moved, self._beginning())
+            now = End(row.time, ((0.0, 0.0), (0.0, 0.0)))
+        else:
+            here, now = stepper.step(moved, row.time, row.distance, jumps=run.jumps)
+            state = stepper.solved(here, None)
+        stepper.reach(here, state.contact, row.place, now, row.distance)
+        self.used, self._trial = True, (here, state, now)
+        reported = stepper.reported(here, state)
+        run.applications += state.applications
+        run.touches_rim = run.touches_rim or state.touches_rim
+        converged = state.converged and state.contact.tangential.converged
+        shown = State(reported.fields, reported.scalars, reported.x, reported.y - self.shift)
+        return Result(
+            problem=replace(problem, normal_force=reported.scalars["normal_N"]), coupled=shown, isothermal=shown,
+            of_problem=problem_scalars(derived), converged=converged, reason="" if converged else "a step was not solved",
+            uncertainty=dict.fromkeys(reported.scalars, 0.0),
+            work={"grid": list(here.grid.sides), "extent": run.extent, "applications": state.applications, "skipped": {}})
+
+    def _beginning(self) -> Begin:
+        """The state to begin with: of a result of a wheelset that of the same patch, or no tractions."""
+        begin = self.run.history.course.begin
+        if not isinstance(begin, Result):
+            return begin
+        mine = [patch for patch in begin.patches if isinstance(patch, Result) and patch.record["side"] == self.side
+                and abs(sign_of(self.side) * 1e-3 * patch.record["y_mm"] - self.y) < SAME_PATCH]
+        if not mine:
+            return "pressed"
+        patch = mine[0]
+        y, z, _ = patch.lines["surface"][:, len(patch.y) // 2]
+        shift = -_arc(self.run.history.problem.rails[self.side].samples, sign_of(self.side) * y, z) - patch.y[len(patch.y) // 2]
+        return replace(patch, coupled=State(patch.coupled.fields, patch.coupled.scalars, patch.x, patch.y + shift))
+
+    def accept(self) -> None:
+        """Go on from the last trial; without one, from nothing."""
+        if not self.used or self._stepper is None or self._trial is None:
+            self._stepper, self._reached, self._trial = None, (None, None), None
+            return
+        here, state, now = self._trial
+        self._reached = self._stepper.last, self._stepper.before
+        self._stepper.remember(here, state.contact, now, always=self.run.before is None
+                               and self.run.history.course.begin == "steady")
+        self.used, self._trial = False, None
+
+
+def _moved(problem: Problem, shift: float) -> Problem:
+    """The problem of a patch with all places across moved by `shift` (m)."""
+    geometry, friction = problem.geometry, problem.friction
+    assert isinstance(geometry, CurvedPatch)
+    across = tuple((y + shift, share) for y, share in friction.across)
+    return replace(problem, friction=replace(friction, across=across),
+                   geometry=replace(geometry, y=tuple((np.array(geometry.y) + shift).tolist())))
+
+
+def _arc(rail: Array, y: float, z: float) -> float:
+    """The arc length on a rail (rows y, z, dy/ds, dz/ds) at the point (y, z), in m."""
+    at = nearest(rail, y, z)
+    length = float(np.hypot(*np.diff(rail[:2, : at + 1])).sum())
+    along = rail[2:, at] / np.hypot(*rail[2:, at])
+    return length + float(along @ (np.array([y, z]) - rail[:2, at]))
+
+
+@dataclass
+class _Patches:
+    """All patches of a `history` on grids of one `shape` over `extent` half-lengths, at the `row` that is being solved after
+    the one `before` (None: it is the first); at that inputs may have jumped (`jumps`)."""
+
+    history: WheelsetHistory
+    shape: tuple[int, int]
+    extent: float
+    threads: int
+    options: SolverOptions
+    rough_first: bool = False
+    row: _Row = _Row(0.0, 0.0, 0.0)
+    before: _Row | None = None
+    jumps: bool = False
+    applications: int = 0
+    touches_rim: bool = False
+    patches: list[_PatchOverTime] = field(default_factory=list)
+
+    def of(self, side: SideName, patch: PatchSurface, *, rough: bool = False) -> _PatchOverTime:
+        """The patch nearest to a place on a side."""
+        near = min((each for each in self.patches if each.side == side), key=lambda each: abs(each.y - patch.y), default=None)
+        if near is None or abs(near.y - patch.y) >= SAME_PATCH:
+            near = _PatchOverTime(side, patch.y, 0.0, math.inf, -math.inf, self)
+            self.patches.append(near)
+        near.y, near.shift = patch.y, -_arc(patch.facing.rail.samples, patch.y, patch.z)
+        return near
+
+    def look_ahead(self, rows: Array) -> None:
+        """Find the domains of all patches: those of the contacts without friction at all rows."""
+        wheels, standing = wheels_of(self.history.problem), None
+        for place in rows.tolist():
+            problem = self.history.problem_at(place)
+            roll = next(iter(touching(problem).values())).position.roll * sign_of(problem.sides[0])
+            try:
+                standing = stand(problem, wheels, {}, standing or Standing(roll, 0.0, {}))
+            except NoHeight:
+                continue
+            motion = replace(problem.motion, angular_velocity=0.0)
+            for side, bearings in standing.bearings.items():
+                for bearing in bearings:
+                    patch = self.of(side, bearing.patch)
+                    one = problem_of_patch(problem.contact, bearing, motion if side == "right" else motion.mirrored)
+                    patch.hold(DerivedQuantities(_moved(one, patch.shift)))
+
+    def rows(self, places: Array, report: Report) -> Iterator[tuple[_Row, SolvedWheelset, int]]:
+        """The wheelset at all `places`, with steps to the stops between them, and what each has taken of applications."""
+        history, found = self.history, None
+        stops = history.with_stops(places)
+        self.look_ahead(stops)
+        for stop, time, distance in zip(stops.tolist(), *(each.tolist() for each in history.clock(stops)), strict=True):
+            self.before, self.row = (None if found is None else self.row), _Row(stop, time, distance)
+            self.jumps = self.before is not None and self.before.place in history.course.jumps
+            problem = history.problem_at(stop)
+            roll = next(iter(touching(problem).values())).position.roll * sign_of(problem.sides[0])
+            found = balanced(problem, roll, found, self, report)
+            for patch in self.patches:
+                patch.accept()
+            if stop in places:
+                yield self.row, found, self.applications
+                self.applications = 0
+
+
+class WheelsetHistorySolver:
+    """Solves wheelsets over time."""
+
+    def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
+        self._threads, self._options = threads, options or SolverOptions()
+
+    def solve(self, history: WheelsetHistory, *, report: Report | None = None) -> Result:
+        """The result of the last row, with the columns of all. Raises Unsolvable where a wheel misses its rail."""
+        course, extent = history.course, max(history.contact.numerics.extent, SMALLEST_EXTENT)
+        warnings = [*warnings_of(history), *wheelset_warnings(history.problem_at(course.rows[0]))]
+        while True:
+            levels = [self._level(history, shape, runs, extent, report) for shape, runs in grids_of(history)]
+            if all(level is not None for level in levels) or extent > LARGEST_EXTENT:
+                break
+            extent *= GROWTH
+        *coarser, fine = (level for level in levels if level is not None)
+        return _result(history, fine, coarser[-1] if coarser else {}, tuple(dict.fromkeys(warnings)))
+
+    def _level(
+        self, history: WheelsetHistory, shape: tuple[int, int], runs: Sequence[Array], extent: float, report: Report | None
+    ) -> dict[float, _Solved] | None:
+        """All rows on one grid by their places; None where a contact reaches the rim of a domain that may grow."""
+        found: dict[float, _Solved] = {}
+        for places in runs:
+            patches = _Patches(history, shape, extent, self._threads, self._options)
+            for row, solved, applications in patches.rows(places, report or (lambda stage, info: None)):
+                if patches.touches_rim and extent <= LARGEST_EXTENT:
+                    return None
+                if row.place in history.course.rows:
+                    found[row.place] = _Solved(row, solved, result_of(solved, ()), applications)
+        return dict(sorted(found.items()))
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """A `row` with the wheelset as it stands there (`solved`), its `result`, and the `applications` since the row before."""
+
+    row: _Row
+    solved: SolvedWheelset
+    result: Result
+    applications: int
+
+
+def _result(
+    history: WheelsetHistory, rows: Mapping[float, _Solved], coarser: Mapping[float, _Solved], warnings: tuple[str, ...]
+) -> Result:
+    """The result of the last of the `rows` with the columns of all. Errors are the differences from `coarser` grids and steps,
+    as those of contacts over time, and what the balance of each row has left."""
+    results, places = [row.result for row in rows.values()], np.array([*rows])
+    names = list(dict.fromkeys(name for result in results for name in result.coupled.scalars))
+    columns = {name: np.array([result.coupled.scalars.get(name, math.nan) for result in results]) for name in names}
+    largest = {name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}
+    errors: dict[str, Array] = {}
+    for name, column in columns.items() if coarser else ():
+        left = np.array([result.uncertainty.get(name, math.nan) for result in results])
+        other = np.array([coarser[place].result.coupled.scalars.get(name, math.nan) for place in places.tolist()])
+        known = ~np.isnan(column - other)
+        if known.any() and not np.isnan(left).all():
+            error = SAFETY * over_rows(places, places[known], np.abs(column - other)[known])
+            errors[name] = np.where(np.isnan(column), math.nan,
+                                    error + np.nan_to_num(left) + FLOOR * error_scale(name, largest))
+    failed = [row for row in rows.values() if not row.result.converged]
+    reason = "" if not failed else (
+        f"{len(failed)} of {len(rows)} rows were not solved, the first one at {failed[0].row.time:g} s after "
+        f"{1e3 * failed[0].row.distance:g} mm: {failed[0].result.reason}")
+    course = history.course
+    inputs = {key: course.at(key, places).tolist() for key in VARIED if key in course.values}
+    table = Columns({
+        "distance_mm": [1e3 * row.row.distance for row in rows.values()], "time_s": [row.row.time for row in rows.values()],
+        **inputs, "status": [result.status for result in results], "reason": [result.reason for result in results],
+        **{name: column.tolist() for name, column in columns.items() if not np.isnan(column).all()},
+        **{f"{UNCERTAINTY}{name}": error.tolist() for name, error in errors.items()}},
+        varied=(*PLACES, *inputs), over=("time_s",), title=history.contact.title)
+    last = rows[places.tolist()[-1]]
+    before = coarser.get(last.row.place)
+    patches = tuple(replace(patch, result=replace(patch.result, uncertainty=_errors_of_patch(
+        patch.side, patch.bearing.patch.y, patch.result, before))) for patch in last.solved.patches)
+    found = result_of(replace(last.solved, patches=patches), warnings)
+    return replace(found, converged=not failed, reason=reason, history=table,
+                   uncertainty={**found.uncertainty, **{name: float(error[-1]) for name, error in errors.items()}},
+                   work={**found.work, "steps": len(rows) - 1, "applications": sum(row.applications for row in rows.values())})
+
+
+def _errors_of_patch(side: SideName, y: float, result: Result, before: _Solved | None) -> dict[str, float]:
+    """Errors of the scalars of a patch at the last row, from the patch there on the coarser grid; nan without one."""
+    mine = [] if before is None else [patch for patch in before.solved.patches
+                                      if patch.side == side and abs(patch.bearing.patch.y - y) < SAME_PATCH]
+    scalars = result.coupled.scalars
+    other = mine[0].result.coupled.scalars if mine else dict.fromkeys(scalars, math.nan)
+    return {name: SAFETY * abs(value - other[name]) + FLOOR * error_scale(name, result.numbers)
+            for name, value in scalars.items()}
