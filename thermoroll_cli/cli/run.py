@@ -153,7 +153,7 @@ def _run_case(
         write_result(target, result, options.command_line())
         files = [target, *_write_history(result, to.folder, case.name)]
         if result.history is not None:
-            steps.unlink()
+            steps.unlink(missing_ok=True)
         return files
 
     def draw() -> Iterator[Path]:

@@ -34,6 +34,7 @@ from thermoroll_cli.files.column_files import FromFile
 from thermoroll_cli.files.profile_file import Reading
 from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.many_contacts.history.course import History
+from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistory
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -181,16 +182,14 @@ class Case:
         return problem_of(self.settings)
 
     @property
-    def task(self) -> si.Problem | WheelsetProblem | BearingProblem | History:
-        """The problem in SI units: one contact, also over time, a wheelset, or a ball bearing."""
+    def task(self) -> si.Problem | WheelsetProblem | BearingProblem | History | WheelsetHistory:
+        """The problem in SI units: one contact or a wheelset, also over time, or a ball bearing."""
         if self.settings.bearing is not None:
             return bearing_of(self.settings.bearing, problem_of(self.settings))
-        if self.settings.history is not None:
-            return history_of(self.settings.history, problem_of(self.settings))
-        track, wheelset = self.settings.track, self.settings.wheelset
-        if track is None or wheelset is None:
-            return self.problem
-        return wheelset_of(track, wheelset, problem_of(self.settings), rail_friction(self.settings))
+        track, wheelset, history = self.settings.track, self.settings.wheelset, self.settings.history
+        asked = problem_of(self.settings) if track is None or wheelset is None else wheelset_of(
+            track, wheelset, problem_of(self.settings), rail_friction(self.settings))
+        return asked if history is None else history_of(history, asked)
 
     @property
     def inputs(self) -> tuple[Input, ...]:

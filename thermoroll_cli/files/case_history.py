@@ -16,6 +16,8 @@ from thermoroll_cli.files.case_table import Allowed, Table
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.many_contacts.history.course import OF_ELLIPSES, OF_LINES, SHIFTS, SPEED, VARIED, Begin, Course, History
+from thermoroll_cli.many_contacts.history.wheelset_over_time import OF_WHEELSETS, PATH, WheelsetHistory
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
@@ -23,14 +25,14 @@ from thermoroll_cli.problem.result import Result
 MOST_PLACES = 100000
 RETURNING = ("heat that recirculates comes back a revolution later, and a history does not tell the revolutions before it",
              "without it; thermal.bulk_temperature_lower_K is how warm the body enters, and history.values may change it")
-REFUSED = {**dict.fromkeys(("track", "wheelset", "bearing", "subsurface", "strength", "wear"), (
+REFUSED = {**dict.fromkeys(("bearing", "subsurface", "strength", "wear"), (
     "is not computed over time", "a case without it, or without [history]")),
     "thermal.lower": RETURNING, "thermal.upper": RETURNING}
 """Tables and keys that are not computed over time, with the reason and what is allowed."""
 LARGEST = 1e15
 """Magnitude of any value."""
 LEAST = {"load.normal_N": 1e-15, "load.normal_N_mm": 1e-15, "load.approach_um": 1e-9, "load.friction_coefficient": 1e-9,
-         SPEED: 0.0}
+         "wheelset.vertical_N": 1e-6, SPEED: 0.0}
 """Least values of keys that have one."""
 
 Numbers = Annotated[list[float], Field(min_length=2, max_length=MOST_PLACES)]
@@ -56,7 +58,8 @@ class HistoryTable(Table):
     length_mm: float | None = Field(
         default=None, ge=1e-9, le=1e9, description="Length of a line contact: its displacements grow with the logarithm of it")
     values: Annotated[dict[str, list[float]], Allowed("lists of numbers by key, one for each place")] = Field(
-        default={}, description=f"Values at the places, linear between them, of {', '.join(VARIED)}")
+        default={}, description="Values at the places, linear between them, of "
+        f"{', '.join(VARIED)}; of a wheelset {', '.join(OF_WHEELSETS)}")
 
 
 def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
@@ -81,7 +84,14 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
             "belongs to a line contact, but the load is not one per length", LOAD)
         yield ("history", "length_mm"), why, allowed
     yield from _friction(sections.get("friction"), sections.get("load"), history)
-    yield from _values(sections, history, places)
+    wheelset = sections.get("wheelset")
+    if any(len(values) != len(places) for values in history.values.values()):
+        key, values = next((key, values) for key, values in history.values.items() if len(values) != len(places))
+        yield ("history", "values"), f"{key} has {len(values)} values for {len(places)} places", "one value for each place"
+    elif wheelset is None:
+        yield from _values(sections, history)
+    else:
+        yield from _values_of_wheelset(sections, wheelset, history)
 
 
 def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault]:
@@ -98,7 +108,42 @@ def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault
                    "friction.memory_um above 0, or a law that does not fall")
 
 
-def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[float]) -> Iterator[Fault]:
+def _out_of_range(key: str, values: list[float]) -> bool:
+    return not all(abs(value) <= LARGEST and value >= LEAST.get(key, -LARGEST) for value in values)
+
+
+def _values_of_wheelset(sections: Mapping[str, Any], wheelset: Any, history: HistoryTable) -> Iterator[Fault]:
+    """What is wrong with the values of keys of a wheelset."""
+    path, (friction, track, rolling) = ("history", "values"), (sections.get(name) for name in ("friction", "track", "rolling"))
+    rollers = [side for side in (track, getattr(track, "left", None), getattr(track, "right", None))
+               if side is not None and side.roller_radius_mm]
+    excluded = {"wheelset.height_mm": "vertical_N", "wheelset.vertical_N": "height_mm",
+                "wheelset.angular_velocity_rad_s": "traction_N", "wheelset.traction_N": "angular_velocity_rad_s"}
+    rates = {f"wheelset.{rate}": key for rate, key in zip(
+        ("lateral_velocity_mm_s", "vertical_velocity_mm_s", "roll_rate_mrad_s", "yaw_rate_mrad_s"), PATH, strict=True)}
+    for key, values in history.values.items():
+        other = excluded.get(key, "")
+        if key not in OF_WHEELSETS:
+            yield path, f"{key} of a wheelset cannot change over time", ", ".join(OF_WHEELSETS)
+        elif _out_of_range(key, values) or (key == SPEED and not all(values)):
+            yield path, f"{key} is outside the allowed range", f"{LEAST.get(key, -LARGEST):g} to {LARGEST:g}" + (
+                ", above 0: a wheelset over time rolls" if key == SPEED else "")
+        elif other and (getattr(wheelset, other) is not None or f"wheelset.{other}" in history.values):
+            yield path, f"{key} cannot change together with wheelset.{other}", "one of both"
+        elif key == SPEED and rollers:
+            yield path, f"{key} cannot change on rollers", "wheelset.angular_velocity_rad_s, or a track"
+        elif key == "load.friction_coefficient" and (
+                friction is None or friction.over_angle or friction.across or friction.law):
+            yield path, f"{key} cannot change where friction depends on the place or on slip", "a case without [friction]"
+    for rate, key in rates.items():
+        if key in history.values and (rate in history.values or getattr(wheelset, rate.removeprefix("wheelset."))):
+            yield (path if rate in history.values else tuple(rate.split(".")), f"{rate} follows from the path, {key}",
+                   "one of both")
+    if rolling is not None and rolling.speed_m_s == 0.0:
+        yield ("rolling", "speed_m_s"), "is 0, but a wheelset over time rolls", "a speed above 0"
+
+
+def _values(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
     """What is wrong with the values of keys."""
     rolling, load, force, path = sections.get("rolling"), sections.get("load"), sections.get("force"), ("history", "values")
     friction, thermal, line = sections.get("friction"), sections.get("thermal"), is_line(sections)
@@ -109,9 +154,7 @@ def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[flo
         elif key in others:
             yield path, f"{key} does not go with a load " + ("per length" if line else "that is none per length"), (
                 ", ".join(each for each in VARIED if each not in others))
-        elif len(values) != len(places):
-            yield path, f"{key} has {len(values)} values for {len(places)} places", "one value for each place"
-        elif not all(abs(value) <= LARGEST and value >= LEAST.get(key, -LARGEST) for value in values):
+        elif _out_of_range(key, values):
             what = ": bodies that part are not computed" if key.startswith(("load.normal", "load.approach")) else ""
             yield path, f"{key} is outside the allowed range{what}", f"{LEAST.get(key, -LARGEST):g} to {LARGEST:g}"
         elif key.startswith("creepage.") and any(
@@ -137,24 +180,39 @@ def _values(sections: Mapping[str, Any], history: HistoryTable, places: list[flo
         yield path, "shifts happen without rolling", "rolling.speed_m_s = 0, or creepages"
 
 
-def history_of(table: HistoryTable, problem: Problem) -> History:
-    """The history that a table describes of the contact `problem`. Raises Unsolvable where it begins with the result of
-    something else."""
-    by_distance, motion = table.distance_mm is not None, problem.motion
+def history_of(table: HistoryTable, problem: Problem | WheelsetProblem) -> History | WheelsetHistory:
+    """The history that a table describes of the contact or wheelset `problem`. Raises Unsolvable where it begins with the result
+    of something else."""
+    by_distance = table.distance_mm is not None
     places = tuple(1e-3 * place for place in table.distance_mm or ()) or tuple(table.time_s or ())
+    if isinstance(problem, WheelsetProblem):
+        keys = {key: key in table.values for key in OF_WHEELSETS}
+        problem = replace(
+            problem, finds_roll=problem.finds_roll and not keys["wheelset.roll_mrad"],
+            finds_speed=problem.finds_speed and not keys["wheelset.angular_velocity_rad_s"],
+            vertical=None if keys["wheelset.height_mm"] else problem.vertical)
+        return WheelsetHistory(problem, Course(
+            places, {key: tuple(given) for key, given in table.values.items()}, by_distance, table.steps,
+            STATES.get(table.begin or "steady") or _result_in(str(table.begin), "wheelset"), table.fields_every))
+    motion = problem.motion
     for way, name in (("longitudinal", "creepage_x"), ("lateral", "creepage_y")):
         if {f"force.{way}_N", f"force.{way}_N_mm"} & {*table.values}:
             motion = replace(motion, **{name: None})  # type: ignore[arg-type]
     still = table.values.get(SPEED, [motion.speed])[0] == 0.0
     values = {key: tuple(given) for key, given in table.values.items()}
-    begin: Begin | Result | None = STATES.get(table.begin or ("pressed" if still else "steady"))
-    if begin is None:
-        try:
-            begin = read_result(str(table.begin))
-        except ResultFileError as cause:
-            raise Unsolvable(str(cause), "history.begin", BEGIN.words) from None
-        if not {"pressure", "shear_x", "shear_y"} <= {*begin.fields}:
-            raise Unsolvable(f"{table.begin} has no tractions of a contact", "history.begin", BEGIN.words)
+    begin = STATES.get(table.begin or ("pressed" if still else "steady")) or _result_in(str(table.begin))
     problem = replace(problem, motion=motion, length=math.inf if table.length_mm is None else 1e-3 * table.length_mm)
     return History(problem, Course(
         places, values, by_distance, table.steps, begin, table.fields_every))
+
+
+def _result_in(path: str, assembly: str = "") -> Result:
+    """The result in the file at `path`, of a contact or of an `assembly` with tractions. Raises Unsolvable."""
+    try:
+        result = read_result(path)
+    except ResultFileError as cause:
+        raise Unsolvable(str(cause), "history.begin", BEGIN.words) from None
+    contacts = [patch for patch in result.patches if isinstance(patch, Result)] if assembly else [result]
+    if result.assembly != assembly or not all({"pressure", "shear_x", "shear_y"} <= {*each.fields} for each in contacts):
+        raise Unsolvable(f"{path} has no tractions of a {assembly or 'contact'}", "history.begin", BEGIN.words)
+    return result

@@ -34,6 +34,7 @@ from thermoroll_cli.files.case_source import toml_value
 from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, read_columns
 from thermoroll_cli.files.spellings import converted, factor_of, in_own_units, meant
 from thermoroll_cli.many_contacts.history.course import VARIED
+from thermoroll_cli.many_contacts.history.wheelset_over_time import OF_WHEELSETS
 from thermoroll_cli.problem.names import PLACES, unit_end, unit_of
 
 HEAD = re.compile(r"(.*?)\s*(?:[\[(]([^\])]*)[\])])?")
@@ -98,10 +99,10 @@ def _varied(name: str, head: str, below: str) -> tuple[str, float]:
     parts = HEAD.fullmatch(head)
     assert parts is not None
     own, unit = parts[1].strip(), (parts[2] or below).strip().strip("[]()")
-    known: Sequence[str] = (*PLACES, *VARIED)
+    known: Sequence[str] = (*PLACES, *dict.fromkeys((*VARIED, *OF_WHEELSETS)))
     key = next((each for each in known if own in (each, each.removesuffix(unit_end(each)))), None)
     if key is None:
-        near = [each for each in (meant(own),) if each in VARIED] or difflib.get_close_matches(own, known, n=1)
+        near = [each for each in (meant(own),) if each in known] or difflib.get_close_matches(own, known, n=1)
         raise TableError(f"{name}: the column {own} is no key that changes over time",
                          f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}")
     if not unit and own != key:

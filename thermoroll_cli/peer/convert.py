@@ -220,12 +220,7 @@ def _contact(case: DeckCase, deck: Path, before: Before | None, content: Content
     axes = Axes(-1.0 if backwards else 1.0, place=place, length=length)
     distance = rolling["DQ"]
     if steps:
-        first = digits["P"] == 2 or case.number == 1
-        _leave_out(
-            (not first and digits["P"] != 0, f"P = {digits['P']}: a part of the state before"),
-            (not first and before is None, "P = 0: goes on from a case that is left out"),
-        )
-        before = None if first else before
+        before = _going_on(case, before)
         # With T = 1 the material stands still, and a contact that moves over it rolls.
         there = place if before is None else before.axes.place
         moved, across = place[0] - there[0], place[1] - there[1]
@@ -350,7 +345,6 @@ def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Conten
     missing = ", ".join(name for name in needed if name not in values)
     _leave_out(
         (digits["C1"] not in SIGN, f"C1 = {digits['C1']}: unknown"),
-        (digits["T"] in (1, 2), f"T = {digits['T']}: a wheel on a rail over time"),
         (digits["B"] != 0, f"B = {digits['B']}: an approximate pressure"),
         (digits["F"] == 3, "F = 3: a rail on springs"),
         (missing != "", f"D, Z or E: no earlier case has what is kept ({missing})"),
@@ -412,7 +406,32 @@ def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Conten
         "differential_slip": kind in (3, 4),
     }
     content.setdefault("load", {})
-    return Axes(turned, side)
+    axes = Axes(turned, side, (turned * place["S"], 0.0))
+    if digits["T"] in (1, 2):
+        before = _going_on(case, before)
+        distance, element = values["grid"]["DX"] * values["grid"]["DQREL"], values["grid"]["DX"]
+        if digits["T"] == 1:
+            # Velocities are ways of the step here, of a wheel that rolls by as much as its contact moves along the rail.
+            distance = speed
+            moved = distance if before is None else axes.place[0] - before.axes.place[0]
+            _leave_out(
+                (on_roller, "T = 1: a shift on a roller"),
+                (before is None and distance > element, f"T = 1: a shift by VS = {distance:g} mm, by which nothing rolls"),
+                (abs(moved - distance) > 1e-3 * element,
+                 f"T = 1: the contact moves by {moved:g} mm and rolls by {distance:g} mm"),
+            )
+        content["history"] = {"steps": 1, "begin": f"{before.name}.h5" if before else "pressed", "distance_mm": [0.0, distance]}
+    return axes
+
+
+def _going_on(case: DeckCase, before: Before | None) -> Before | None:
+    """The case before whose state this one over time goes on from; None if it begins from nothing."""
+    first = case.digits["P"] == 2 or case.number == 1
+    _leave_out(
+        (not first and case.digits["P"] != 0, f"P = {case.digits['P']}: a part of the state before"),
+        (not first and before is None, "P = 0: goes on from a case that is left out"),
+    )
+    return None if first else before
 
 
 def _placed(case: DeckCase, sign: float, on_roller: bool) -> tuple[dict[str, float], dict[str, float]]:

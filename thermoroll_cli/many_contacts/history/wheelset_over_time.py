@@ -65,7 +65,7 @@ def _rubbing(problem: WheelsetProblem, coefficient: float) -> WheelsetProblem:
     return replace(problem, contact=replace(problem.contact, friction=friction))
 
 
-VARIED: dict[str, Callable[[WheelsetProblem, float], WheelsetProblem]] = {
+OF_WHEELSETS: dict[str, Callable[[WheelsetProblem, float], WheelsetProblem]] = {
     **{key: lambda problem, value, name=name: replace(  # type: ignore[misc]
         problem, position=replace(problem.position, **{name: 1e-3 * value})) for key, (name, _) in PATH.items()},
     "wheelset.vertical_N": lambda problem, value: replace(problem, vertical=value),
@@ -89,7 +89,7 @@ class WheelsetHistory(OverTime):
         """The problem at one place of the course."""
         problem, course = self.problem, self.course
         for key in course.values:
-            problem = VARIED[key](problem, float(course.at(key, np.array([place]))[0]))
+            problem = OF_WHEELSETS[key](problem, float(course.at(key, np.array([place]))[0]))
         speed = problem.motion.speed if course.by_distance else 1.0
         rates = {rate: 1e-3 * speed * course.slope(key, place) for key, (_, rate) in PATH.items() if key in course.values}
         return replace(problem, motion=replace(problem.motion, **rates))
@@ -261,7 +261,9 @@ class _Patches:
             self.jumps = self.before is not None and self.before.place in history.course.jumps
             problem = history.problem_at(stop)
             roll = next(iter(touching(problem).values())).position.roll * sign_of(problem.sides[0])
-            found = balanced(problem, roll, found, self, report)
+            # Where a velocity jumps the last balance is no guess of the next one.
+            turned = self.before is not None and any(self.before.place <= each < stop for each in history.course.places)
+            found = balanced(problem, roll, None if turned else found, self, report)
             for patch in self.patches:
                 patch.accept()
             if stop in places:
@@ -335,7 +337,7 @@ def _result(
         f"{len(failed)} of {len(rows)} rows were not solved, the first one at {failed[0].row.time:g} s after "
         f"{1e3 * failed[0].row.distance:g} mm: {failed[0].result.reason}")
     course = history.course
-    inputs = {key: course.at(key, places).tolist() for key in VARIED if key in course.values}
+    inputs = {key: course.at(key, places).tolist() for key in OF_WHEELSETS if key in course.values}
     table = Columns({
         "distance_mm": [1e3 * row.row.distance for row in rows.values()], "time_s": [row.row.time for row in rows.values()],
         **inputs, "status": [result.status for result in results], "reason": [result.reason for result in results],
