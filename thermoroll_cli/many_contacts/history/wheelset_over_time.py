@@ -7,7 +7,7 @@ position changes, its velocity is that of the path.
 A patch has one grid for all rows. It stays with the material of the rail across, by the arc length of the outline; so a patch
 that wanders keeps its tractions where they are. That the material of the wheel lies elsewhere by then, and that tractions turn
 with the surface, is left out: both are as small as the ratio of the velocities across and along. A patch that appears begins
-without tractions, and one that is gone has forgotten its own when it comes back.
+without tractions, and where patches of a side come, go, join or part, all of them go on from the tractions that were there.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ from thermoroll_cli.many_contacts.wheelset.first_contact import touching, wheels
 from thermoroll_cli.many_contacts.wheelset.one_wheel import SAME_PATCH, NoHeight
 from thermoroll_cli.many_contacts.wheelset.patch_problem import problem_of_patch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, nearest
-from thermoroll_cli.many_contacts.wheelset.solve_wheelset import Report, SolvedWheelset, balanced
+from thermoroll_cli.many_contacts.wheelset.placement import RailSide
+from thermoroll_cli.many_contacts.wheelset.solve_wheelset import Loaded, Report, SolvedWheelset, balanced
 from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, wheels_of
-from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName, WheelsetProblem, sign_of
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import result_of
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
 from thermoroll_cli.one_contact.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
@@ -37,7 +38,7 @@ from thermoroll_cli.one_contact.steady_state.discretisation import Discretisatio
 from thermoroll_cli.one_contact.steady_state.fixed_point import SteadyState
 from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
 from thermoroll_cli.physics.heat.heat_over_time import End
-from thermoroll_cli.physics.numerics.grid import Domain
+from thermoroll_cli.physics.numerics.grid import Domain, interpolation_matrix
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.names import PLACES, UNCERTAINTY
@@ -107,7 +108,8 @@ class _Row:
 @dataclass
 class _PatchOverTime:
     """A patch on its grid of `shape` elements over the part of the rail's outline from `low` to `high`, and `length` along (all
-    in m), of which it knows the last place `y`. `turn` is that of the rows that is being solved."""
+    in m), of which it knows the last place `y` and the `shift` from its own places across to those. It is `used` in the round
+    that is being solved, and did bear the wheelset (`bears`) at the row before."""
 
     side: SideName
     y: float
@@ -117,6 +119,7 @@ class _PatchOverTime:
     run: _Patches
     shift: float = 0.0
     used: bool = False
+    bears: bool = False
     _stepper: Stepper | None = None
     _reached: tuple[object, object] = (None, None)
     _trial: tuple[Discretisation, SteadyState, End] | None = None
@@ -141,18 +144,19 @@ class _PatchOverTime:
                 derived, run.shape, run.extent, run.threads, run.options, followed=domain), None)
         stepper, row, before = self._stepper, run.row, run.before
         stepper.last, stepper.before = self._reached  # type: ignore[assignment]
-        if before is not None and stepper.last is None:
-            # It has appeared since then.
-            here, state = stepper.begin(moved, "pressed")
-            stepper.reach(here, state.contact, before.place, End(before.time, ((0.0, 0.0), (0.0, 0.0))), before.distance)
         if before is None:
-            here, state = stepper.begin(moved, self._beginning())
+            begin = run.history.course.begin
+            here, state = stepper.begin(moved, self._carried() if isinstance(begin, Result) else begin)
             now = End(row.time, ((0.0, 0.0), (0.0, 0.0)))
         else:
+            if stepper.last is None or run.regrouped(self.side):
+                here, state = stepper.begin(moved, self._carried())
+                stepper.before = stepper.last = None
+                stepper.reach(here, state.contact, before.place, End(before.time, ((0.0, 0.0), (0.0, 0.0))), before.distance)
             here, now = stepper.step(moved, row.time, row.distance, jumps=run.jumps)
             state = stepper.solved(here, None)
         stepper.reach(here, state.contact, row.place, now, row.distance)
-        self.used, self._trial = True, (here, state, now)
+        self._trial = here, state, now
         reported = stepper.reported(here, state)
         run.applications += state.applications
         run.touches_rim = run.touches_rim or state.touches_rim
@@ -164,30 +168,34 @@ class _PatchOverTime:
             uncertainty=dict.fromkeys(reported.scalars, 0.0),
             work={"grid": list(here.grid.sides), "extent": run.extent, "applications": state.applications, "skipped": {}})
 
-    def _beginning(self) -> Begin:
-        """The state to begin with: of a result of a wheelset that of the same patch, or no tractions."""
-        begin = self.run.history.course.begin
-        if not isinstance(begin, Result):
-            return begin
-        mine = [patch for patch in begin.patches if isinstance(patch, Result) and patch.record["side"] == self.side
-                and abs(sign_of(self.side) * 1e-3 * patch.record["y_mm"] - self.y) < SAME_PATCH]
-        if not mine:
+    def _carried(self) -> Begin:
+        """The tractions that all patches of this side had last, on this grid; without any, none yet."""
+        assert self._stepper is not None
+        grid, found = self._stepper.base.grid, dict.fromkeys(("pressure", "shear_x", "shear_y"), np.zeros(self.run.shape))
+        states = [state for state in self.run.remembered.get(self.side, ())
+                  if state.y[0] < grid.y[-1] and state.y[-1] > grid.y[0]]
+        for state in states:
+            along, across = interpolation_matrix(state.x, grid.x), interpolation_matrix(state.y, grid.y)
+            found = {name: field + along @ np.asarray(state.fields[name]) @ across.T for name, field in found.items()}
+        if not states:
             return "pressed"
-        patch = mine[0]
-        y, z, _ = patch.lines["surface"][:, len(patch.y) // 2]
-        shift = -_arc(self.run.history.problem.rails[self.side].samples, sign_of(self.side) * y, z) - patch.y[len(patch.y) // 2]
-        return replace(patch, coupled=State(patch.coupled.fields, patch.coupled.scalars, patch.x, patch.y + shift))
+        there = State(found, {}, grid.x, grid.y)
+        return Result(self._stepper.base.derived.problem, there, there, {}, True, "", {}, {})
 
-    def accept(self) -> None:
-        """Go on from the last trial; without one, from nothing."""
+    def accept(self) -> State | None:
+        """Go on from the last trial, whose state is returned, with places on the rail; without one, from nothing."""
+        self.bears = self.used
         if not self.used or self._stepper is None or self._trial is None:
             self._stepper, self._reached, self._trial = None, (None, None), None
-            return
+            return None
         here, state, now = self._trial
         self._reached = self._stepper.last, self._stepper.before
         self._stepper.remember(here, state.contact, now, always=self.run.before is None
                                and self.run.history.course.begin == "steady")
-        self.used, self._trial = False, None
+        self._trial = None
+        shear_x, shear_y = state.contact.tangential.traction
+        return State({"pressure": state.contact.normal.pressure, "shear_x": shear_x, "shear_y": shear_y}, {},
+                     here.grid.x, here.grid.y)
 
 
 def _moved(problem: Problem, shift: float) -> Problem:
@@ -197,6 +205,14 @@ def _moved(problem: Problem, shift: float) -> Problem:
     across = tuple((y + shift, share) for y, share in friction.across)
     return replace(problem, friction=replace(friction, across=across),
                    geometry=replace(geometry, y=tuple((np.array(geometry.y) + shift).tolist())))
+
+
+def _on_rail(patch: Result, rail: RailSide) -> State:
+    """The state of a patch in a result, with places on its rail across."""
+    middle = len(patch.y) // 2
+    y, z, _ = patch.lines["surface"][:, middle]
+    shift = -_arc(rail.samples, sign_of(patch.record["side"]) * y, z) - patch.y[middle]
+    return State(patch.coupled.fields, patch.coupled.scalars, patch.x, patch.y + shift)
 
 
 def _arc(rail: Array, y: float, z: float) -> float:
@@ -224,15 +240,27 @@ class _Patches:
     applications: int = 0
     touches_rim: bool = False
     patches: list[_PatchOverTime] = field(default_factory=list)
+    remembered: dict[SideName, list[State]] = field(default_factory=dict)
 
-    def of(self, side: SideName, patch: PatchSurface, *, rough: bool = False) -> _PatchOverTime:
-        """The patch nearest to a place on a side."""
-        near = min((each for each in self.patches if each.side == side), key=lambda each: abs(each.y - patch.y), default=None)
+    def of(self, loaded: Loaded, *, rough: bool = False) -> Sequence[_PatchOverTime]:
+        """Those of the patches that bear the wheelset."""
+        for patch in self.patches:
+            patch.used = False
+        return [self._near(side, bearing.patch) for side, bearing in loaded]
+
+    def _near(self, side: SideName, patch: PatchSurface) -> _PatchOverTime:
+        """The patch nearest to a place on a side that is not in use already."""
+        near = min((each for each in self.patches if each.side == side and not each.used),
+                   key=lambda each: abs(each.y - patch.y), default=None)
         if near is None or abs(near.y - patch.y) >= SAME_PATCH:
             near = _PatchOverTime(side, patch.y, 0.0, math.inf, -math.inf, self)
             self.patches.append(near)
-        near.y, near.shift = patch.y, -_arc(patch.facing.rail.samples, patch.y, patch.z)
+        near.y, near.shift, near.used = patch.y, -_arc(patch.facing.rail.samples, patch.y, patch.z), True
         return near
+
+    def regrouped(self, side: SideName) -> bool:
+        """Whether other patches bear a side than at the row before: patches have come, gone, joined or parted."""
+        return any(patch.used != patch.bears for patch in self.patches if patch.side == side)
 
     def look_ahead(self, rows: Array) -> None:
         """Find the domains of all patches: those of the contacts without friction at all rows."""
@@ -245,17 +273,20 @@ class _Patches:
             except NoHeight:
                 continue
             motion = replace(problem.motion, angular_velocity=0.0)
-            for side, bearings in standing.bearings.items():
-                for bearing in bearings:
-                    patch = self.of(side, bearing.patch)
-                    one = problem_of_patch(problem.contact, bearing, motion if side == "right" else motion.mirrored)
-                    patch.hold(DerivedQuantities(_moved(one, patch.shift)))
+            loaded = [(side, bearing) for side, bearings in standing.bearings.items() for bearing in bearings]
+            for patch, (side, bearing) in zip(self.of(loaded), loaded, strict=True):
+                one = problem_of_patch(problem.contact, bearing, motion if side == "right" else motion.mirrored)
+                patch.hold(DerivedQuantities(_moved(one, patch.shift)))
 
     def rows(self, places: Array, report: Report) -> Iterator[tuple[_Row, SolvedWheelset, int]]:
         """The wheelset at all `places`, with steps to the stops between them, and what each has taken of applications."""
         history, found = self.history, None
         stops = history.with_stops(places)
         self.look_ahead(stops)
+        if isinstance(history.course.begin, Result):
+            self.remembered = {side: [_on_rail(patch, rail) for patch in history.course.begin.patches
+                                      if isinstance(patch, Result) and patch.record["side"] == side]
+                               for side, rail in history.problem.rails.items()}
         for stop, time, distance in zip(stops.tolist(), *(each.tolist() for each in history.clock(stops)), strict=True):
             self.before, self.row = (None if found is None else self.row), _Row(stop, time, distance)
             self.jumps = self.before is not None and self.before.place in history.course.jumps
@@ -264,8 +295,8 @@ class _Patches:
             # Where a velocity jumps the last balance is no guess of the next one.
             turned = self.before is not None and any(self.before.place <= each < stop for each in history.course.places)
             found = balanced(problem, roll, None if turned else found, self, report)
-            for patch in self.patches:
-                patch.accept()
+            accepted = [(patch.side, patch.accept()) for patch in self.patches]
+            self.remembered = {of: [state for side, state in accepted if side == of and state is not None] for of in SIDES}
             if stop in places:
                 yield self.row, found, self.applications
                 self.applications = 0

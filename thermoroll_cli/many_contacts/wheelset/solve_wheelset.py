@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -18,7 +18,6 @@ from thermoroll_cli.many_contacts.wheelset.patch_problem import (
     problem_of_patch,
     solved_patch,
 )
-from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName, WheelsetProblem
 from thermoroll_cli.one_contact.refinement.plan import grid_sequence
@@ -91,8 +90,8 @@ class Solvers(Protocol):
 
     rough_first: bool
 
-    def of(self, side: SideName, patch: PatchSurface, *, rough: bool = False) -> SolvesPatches:
-        """What solves a `patch` of a `side`, on a rough grid or on the wanted one."""
+    def of(self, loaded: Loaded, *, rough: bool = False) -> Sequence[SolvesPatches]:
+        """What solves each of the patches that bear the wheelset, on a rough grid or on the wanted one."""
 
 
 class SteadySolvers:
@@ -105,14 +104,17 @@ class SteadySolvers:
         self._threads = threads
         self._known: dict[tuple[bool, SideName], list[tuple[float, Solver]]] = {}
 
-    def of(self, side: SideName, patch: PatchSurface, *, rough: bool = False) -> Solver:
-        """The solver that has solved the patch nearest to `patch` on a side before."""
-        known, place = self._known.setdefault((rough, side), []), patch.y
+    def of(self, loaded: Loaded, *, rough: bool = False) -> Sequence[Solver]:
+        """The solvers that have solved the patches nearest to these before."""
+        return [self._near(side, bearing.patch.y, rough=rough) for side, bearing in loaded]
+
+    def _near(self, side: SideName, place: float, *, rough: bool) -> Solver:
+        known = self._known.setdefault((rough, side), [])
         near = min(known, key=lambda entry: abs(entry[0] - place), default=None)
         if near is None or abs(near[0] - place) >= SAME_PATCH:
             near = place, Solver(self._threads)
             if not rough and self._known.get((True, side)):
-                near[1].last = self.of(side, patch, rough=True).last
+                near[1].last = self._near(side, place, rough=True).last
         known[:] = [*(entry for entry in known if entry is not near), (place, near[1])]
         return near[1]
 
@@ -319,8 +321,8 @@ class _Search:
         load by that."""
         motion = self._motion(self.velocity)
         patches = []
-        for side, bearing in self.loaded:
-            solver = self.solvers.of(side, bearing.patch, rough=problem is not self.problem)
+        solvers = self.solvers.of(self.loaded, rough=problem is not self.problem)
+        for (side, bearing), solver in zip(self.loaded, solvers, strict=True):
             result = solver.solve(problem_of_patch(problem.contact, bearing, motion[side]))
             patches.append(solved_patch(side, bearing, motion[side], result))
         self.patches = tuple(patches)
