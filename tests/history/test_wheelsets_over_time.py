@@ -1,0 +1,131 @@
+"""Wheelsets over time: the same contacts over time in the balance of a wheelset."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+
+from tests.support.command_line import call
+from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli.files.result.outcome import read_result
+from thermoroll_cli.files.table_file import read_table
+
+RADIUS = 100.0
+Y = np.linspace(-30.0, 30.0, 241)
+CROWN = [[float(y), float(RADIUS - math.sqrt(RADIUS**2 - y**2))] for y in Y]
+FLAT = [[float(y), 0.0] for y in np.linspace(40.0, -40.0, 81)]
+SOFT = {"youngs_modulus_GPa": 0.512, "poisson_ratio": 0.28}
+
+WHEEL: dict[str, Any] = {
+    "material": SOFT,
+    "track": {"rail_profile": {"points_mm": CROWN}, "right": {"origin_mm": [0.0, 0.0]}},
+    "wheelset": {"wheel_profile": {"points_mm": FLAT}, "nominal_radius_mm": RADIUS, "wheels": "right",
+                 "flange_back_distance_mm": 100.0, "flange_back_mm": 50.0, "height_mm": 0.2201,
+                 "angular_velocity_rad_s": 9.96},
+    "load": {"friction_coefficient": 0.4},
+    "rolling": {"speed_m_s": 1.0, "differential_slip": False},
+    "numerics": {"grid": 16},
+    "history": {"distance_mm": [0, 10], "steps": 5, "begin": "pressed"},
+}
+"""A flat wheel on a crowned rail, as close to each other as spheres of 100 mm on a plane, with a creepage of .004."""
+BALL: dict[str, Any] = {
+    "material": SOFT,
+    "geometry": {"lower_radius_x_mm": math.inf, "lower_radius_y_mm": math.inf, "upper_radius_x_mm": RADIUS,
+                 "upper_radius_y_mm": RADIUS},
+    "load": {"approach_um": 220.1, "friction_coefficient": 0.4},
+    "creepage": {"longitudinal": -0.004},
+    "rolling": {"speed_m_s": 1.0, "differential_slip": False},
+    "numerics": {"grid": 16},
+    "history": {"distance_mm": [0, 10], "steps": 5, "begin": "pressed"},
+}
+
+
+def wheel(**tables: dict[str, Any]) -> dict[str, Any]:
+    """The case of the wheel with other keys; None takes one out."""
+    return {**WHEEL, **{name: {key: value for key, value in {**WHEEL.get(name, {}), **table}.items() if value is not None}
+                        for name, table in tables.items()}}
+
+
+def column(case: dict[str, Any], name: str) -> np.ndarray[Any, Any]:
+    history = solve(case).history
+    assert history is not None
+    return np.array(history[name])
+
+
+def test_a_wheel_is_the_contact_that_it_has() -> None:
+    here, there = column(wheel(), "track_force_x_N"), column(BALL, "force_x_N")
+    assert np.abs(np.abs(here) - np.abs(there)).max() < 0.01 * np.abs(there).max()
+    assert here[0] == 0.0 and np.abs(here[-1]) > np.abs(here[1]) > 0.0
+
+
+def test_constant_inputs_stay_in_the_steady_state_and_end_there() -> None:
+    steady = solve({key: table for key, table in WHEEL.items() if key != "history"})["track_force_x_N"]
+    stays = solve(wheel(history={"begin": "steady", "steps": 3}))
+    assert stays.history is not None and stays.converged
+    change = np.abs(np.array(stays.history["track_force_x_N"]) - steady)
+    assert (change < np.array(stays.history["uncertainty.track_force_x_N"])).all()
+    assert np.ptp(stays.history["track_force_x_N"]) < 1e-3 * abs(steady)
+    ends = solve(wheel(history={"distance_mm": [0, 60], "steps": 12}))
+    assert abs(ends["track_force_x_N"] - steady) < ends.uncertainty["track_force_x_N"] < 0.15 * abs(steady)
+
+
+def test_the_path_is_mirrored_with_the_wheel() -> None:
+    """Also of a wheel that carries a load and rolls freely on a path: its velocity across is that of the path."""
+    free = {"height_mm": None, "vertical_N": 237.0, "angular_velocity_rad_s": None}
+    path = {"begin": "steady", "distance_mm": [0, 8, 16], "steps": 4}
+
+    def forces(side: str, sign: float) -> list[float]:
+        values = {"wheelset.yaw_mrad": [0.0, 2.0 * sign, 0.0], "wheelset.lateral_shift_mm": [0.0, 0.01 * sign, 0.02 * sign]}
+        return column(wheel(wheelset=free | {"wheels": side}, track={"right": None, side: {"origin_mm": [0.0, 0.0]}},
+                            history=path | {"values": values}), "track_force_y_N").tolist()
+
+    right = forces("right", 1.0)
+    assert forces("left", -1.0) == pytest.approx([-force for force in right], rel=1e-4)
+    assert np.ptp(right) > 1.0
+
+
+def test_the_velocity_is_that_of_the_path() -> None:
+    """A wheel that moves along its own yaw has no lateral creepage."""
+    keys = {"begin": "steady", "distance_mm": [0, 5], "steps": 1}
+    moved = column(wheel(history=keys | {"values": {"wheelset.lateral_shift_mm": [0.0, 0.01]}}, wheelset={"yaw_mrad": 2.0}),
+                   "track_force_y_N")
+    still = column(wheel(history=keys, wheelset={"yaw_mrad": 2.0}), "track_force_y_N")
+    assert abs(moved[0]) < 0.01 * abs(still[0])
+
+
+def test_a_file_goes_on_where_it_ended(tmp_path: Path) -> None:
+    whole = column(wheel(history={"distance_mm": [0, 4], "steps": 4}), "track_force_x_N")
+    for name, begin in (("first", "pressed"), ("second", "first.h5")):
+        half = wheel(history={"distance_mm": [0, 2], "steps": 2, "begin": begin})
+        (tmp_path / f"{name}.toml").write_text(tomli_w.dumps(half))
+    for name in ("first", "second"):
+        ended = call("run", tmp_path / f"{name}.toml", "-o", tmp_path, "--plots", "all" if name == "second" else "none")
+        assert ended.returncode == 0, ended.stderr
+    parts = [read_table(tmp_path / f"{name}_history.csv")["track_force_x_N"] for name in ("first", "second")]
+    assert parts[0][-1] == pytest.approx(parts[1][0], rel=1e-4)
+    # The first step from a file knows one state alone, and is of first order.
+    assert [*parts[0], *parts[1][1:]] == pytest.approx(whole, abs=0.02 * abs(whole[-1]))
+    assert {f"second_{kind}.png" for kind in ("section", "patches", "history")} <= {path.name for path in tmp_path.iterdir()}
+    last = read_result(tmp_path / "second.h5")
+    assert last.assembly == "wheelset" and last["track_force_x_N"] == pytest.approx(parts[1][-1])
+
+
+@pytest.mark.parametrize(("changes", "key"), [
+    ({"history": {"values": {"creepage.longitudinal": [0.0, 0.1]}}}, "creepage.longitudinal of a wheelset cannot change"),
+    ({"history": {"values": {"wheelset.vertical_N": [1.0, 2.0]}}}, "together with wheelset.height_mm"),
+    ({"history": {"values": {"wheelset.traction_N": [1.0, 2.0]}}}, "together with wheelset.angular_velocity_rad_s"),
+    ({"history": {"values": {"wheelset.yaw_mrad": [1.0]}}}, "has 1 values for 2 places"),
+    ({"history": {"values": {"rolling.speed_m_s": [1.0, 0.0]}}}, "outside the allowed range"),
+    ({"history": {"values": {"wheelset.yaw_mrad": [0.0, 1.0]}}, "wheelset": {"yaw_rate_mrad_s": 1.0}}, "follows from the path"),
+    ({"history": {"length_mm": 3.0}}, "length_mm"),
+        ({"subsurface": {"points": 9}}, "subsurface"),
+])  # fmt: skip
+def test_what_is_refused_is_named(changes: dict[str, Any], key: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        solve(Case.of(wheel(**changes)))
+    assert key in str(caught.value)
