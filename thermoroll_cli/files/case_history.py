@@ -16,6 +16,7 @@ from thermoroll_cli.files.case_table import Allowed, Table
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.many_contacts.history.course import OF_ELLIPSES, OF_LINES, SHIFTS, SPEED, VARIED, Begin, Course, History
+from thermoroll_cli.many_contacts.history.history_plan import FIRST
 from thermoroll_cli.many_contacts.history.wheelset_over_time import OF_WHEELSETS, PATH, WheelsetHistory
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -141,6 +142,11 @@ def _values_of_wheelset(sections: Mapping[str, Any], wheelset: Any, history: His
                    "one of both")
     if rolling is not None and rolling.speed_m_s == 0.0:
         yield ("rolling", "speed_m_s"), "is 0, but a wheelset over time rolls", "a speed above 0"
+    if history.fields_every:
+        yield ("history", "fields_every"), "is of a single contact: of a wheelset the last row has fields", "0"
+    numerics = sections.get("numerics")
+    if numerics is not None and (numerics.accuracy is not None or numerics.accuracy_of):
+        yield ("numerics", "accuracy"), "is not looked for over time by wheelsets", f"numerics.grid; {FIRST} if left out"
 
 
 def _values(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
@@ -181,7 +187,7 @@ def _values(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Faul
 
 
 def history_of(table: HistoryTable, problem: Problem | WheelsetProblem) -> History | WheelsetHistory:
-    """The history that a table describes of the contact or wheelset `problem`. Raises Unsolvable where it begins with the result
+    """The history that a table describes of the contact or wheelset `problem`. Raises Unsolvable where it begins with a result
     of something else."""
     by_distance = table.distance_mm is not None
     places = tuple(1e-3 * place for place in table.distance_mm or ()) or tuple(table.time_s or ())
@@ -191,6 +197,9 @@ def history_of(table: HistoryTable, problem: Problem | WheelsetProblem) -> Histo
             problem, finds_roll=problem.finds_roll and not keys["wheelset.roll_mrad"],
             finds_speed=problem.finds_speed and not keys["wheelset.angular_velocity_rad_s"],
             vertical=None if keys["wheelset.height_mm"] else problem.vertical)
+        numerics = problem.contact.numerics
+        numerics = replace(numerics, grid=numerics.grid or (FIRST, FIRST), accuracy=None)
+        problem = replace(problem, contact=replace(problem.contact, numerics=numerics))
         return WheelsetHistory(problem, Course(
             places, {key: tuple(given) for key, given in table.values.items()}, by_distance, table.steps,
             STATES.get(table.begin or "steady") or _result_in(str(table.begin), "wheelset"), table.fields_every))
