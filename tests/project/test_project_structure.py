@@ -21,7 +21,8 @@ ROOT = PACKAGE.parent
 
 PACKAGES = (
     {"tools"},
-    {"problem", "exact", "physics.numerics"},
+    {"problem", "physics.numerics"},
+    {"exact"},
     {"physics.halfspace"},
     {"physics.contact", "physics.rolling", "physics.heat", "physics.stress"},
     {"one_contact.steady_state"},
