@@ -15,7 +15,8 @@ TAG = re.compile(r"\\tag\{(.*?)\}")
 PRIME = re.compile(r"<msup>(<mi>[^<]*</mi>)<mi>&#x02032;</mi></msup>"
                    r"|<msubsup>((?:<mi>[^<]*</mi>){2})<mi>&#x02032;</mi></msubsup>")
 """A prime, which the converter raises: the character stands high already, and would become a speck."""
-SYMBOL = re.compile(r"(?<![A-Za-z_.])(Pe|[Δδ]?[A-Za-zα-ω]′?)_(?:\{([^{}<]+)\}|([a-zα-ω0-9]{1,5}|vM|F)(?![A-Za-z0-9_]))")
+SYMBOL = re.compile(r"((?:(?<![A-Za-z_.])(?<![A-Za-z_]\d)(?:Pe|[Δδ]?[A-Za-z])|[α-ω])['′]?)"
+                    r"_(?:\{([^{}<]+)\}|([a-zα-ω0-9]{1,5}|vM|F)(?![A-Za-z0-9_]))")
 NOT_WORDS = re.compile(r"(<(pre|code|math|script|svg)\b.*?</\2>|<[^>]*>)", re.DOTALL)
 """Tags, and elements whose text stays as it is."""
 

@@ -113,7 +113,7 @@ def claims() -> dict[str, Any]:
          "yes, [coverage](docs/verification.md#coverage-of-the-error-estimates) tested", "no"],
         ["temperatures", "flash temperatures at any Péclet number, thermal expansion that acts back",
          "flash temperatures of fast bodies"],
-        ["contacts over time", "creepages, forces and loads of single contacts, with heat", "also wheels on rails"],
+        ["contacts over time", "single contacts, with heat; wheelsets on a given path", "single contacts, wheels on rails"],
         ["wheels on rails", "forces, roll and angular velocity found; conicity; wear",
          "forces found; switches, out-of-round wheels"],
         ["ball bearings, coatings, stresses, shakedown, fatigue", "yes", "stresses"],
