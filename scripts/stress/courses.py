@@ -274,10 +274,11 @@ def covered(history: History, *_: int) -> Outcome:
     if not (result.converged and fine.converged):
         return outcome
     elements = grid[0] if grid[1] == 1 else round(math.sqrt(grid[0] * grid[1]))
-    return replace(outcome, pairs=tuple(_pairs(_table(result), _table(fine), elements)))
+    return replace(outcome, pairs=tuple(pairs(_table(result), _table(fine), elements)))
 
 
-def _pairs(table: Columns, fine: Columns, grid: int) -> Iterator[Pair]:
+def pairs(table: Columns, fine: Columns, grid: int) -> Iterator[Pair]:
+    """Estimated and true errors of the scalars of some rows, by those of `REFERENCE` times the elements and steps."""
     rows = np.unique(np.linspace(0, table.count - 1, SHOWN).round().astype(int)).tolist()
     largest = {name: float(np.abs(np.nan_to_num(column)).max()) for name, column in table.numbers.items()}
     for column in table:

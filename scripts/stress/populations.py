@@ -144,6 +144,8 @@ POPULATIONS = {
     "heat over time": Population(courses.warm_course, courses.check, 40, limit=300.0),
     "line contacts over time": Population(courses.line_course, courses.check, 100, limit=120.0),
     "few rows and ends over time": Population(courses.odd_course, courses.check, 100, limit=120.0),
+    "wheelsets over time": Population(
+        lambda seed: (wheelsets.over_time(seed), seed), lambda drawn: wheelsets.check_over_time(*drawn), 100, limit=300.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),
     "fits of two values": Population(lambda seed: fits.random_curve(seed, 2), fits.covered, 200),
     "fits of three values": Population(lambda seed: fits.random_curve(seed, 3), fits.covered, 200),
@@ -161,6 +163,7 @@ POPULATIONS = {
     "coverage over time": Population(courses.random_course, courses.covered, 40, 300.0),
     "coverage of line contacts over time": Population(courses.line_course, courses.covered, 40, 300.0),
     "coverage of heat over time": Population(courses.warm_course, courses.covered, 15, 300.0),
+    "coverage of wheelsets over time": Population(wheelsets.over_time, wheelsets.covered_over_time, 40, 900.0),
     "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),
     "coverage of line contacts": Population(random_line, covered, 100, 60.0),
     "coverage of line contacts of coated or relaxing bodies": Population(random_line_of_bodies, covered, 60, 60.0),

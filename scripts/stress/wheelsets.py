@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import pathlib
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from scripts.stress.courses import REFERENCE, pairs
 from scripts.stress.outcome import Outcome
 from thermoroll_cli import Case, CaseError
 from thermoroll_cli.files.profile_file import read_outline
+from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistorySolver
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import solve_wheelset
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.names import UNCERTAINTY
+from thermoroll_cli.problem.problem import Numerics
 from thermoroll_cli.problem.result import Result
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -91,6 +96,38 @@ def displaced(seed: int) -> Case:
     for side in ("left", "right"):
         if rng.random() < 0.4:
             content["wheelset"][side] = {"nominal_radius_mm": 460.0 + float(rng.uniform(-2.0, 2.0))}
+    return Case.from_dict(content)
+
+
+def over_time(seed: int, mirror: float = 1.0) -> Case:
+    """A wheelset on a path of 5 to 200 mm, or its mirror image (-1): it is displaced, yaws and is loaded more or less, here and
+    there with jumps, from the steady state or from nothing; one wheel of three in four."""
+    rng = np.random.default_rng([79, seed])
+    content = _drawn(rng)
+    wheelset = content["wheelset"]
+    if wheelset["wheels"] == "both" and rng.random() < 0.6:
+        wheelset["wheels"] = "left"
+    # A flange that climbs has no balance, and one that jumps to the rail within a row no error.
+    wheelset["lateral_shift_mm"], wheelset["yaw_mrad"] = float(rng.uniform(-6.0, 6.0)), float(rng.uniform(-4.0, 4.0))
+    count, length = int(rng.integers(2, 5)), float(10.0 ** rng.uniform(0.7, 2.3))
+    places = np.concatenate([[0.0], np.sort(rng.uniform(0.1, 0.9, count - 2)), [1.0]]) * length
+    if rng.random() < 0.3:
+        places = np.insert(places, 1, places[1]) if count > 2 else places
+    count, values = len(places), {}
+    away = 0.01 * length * rng.uniform(-1.0, 1.0, count)
+    if rng.random() < 0.6:
+        values["wheelset.yaw_mrad"] = mirror * (wheelset["yaw_mrad"] + min(2.0, 0.2 * length) * rng.uniform(-1.0, 1.0, count))
+    if rng.random() < 0.4 and len(set(places)) == count:
+        values["wheelset.lateral_shift_mm"] = mirror * (wheelset["lateral_shift_mm"] + away)
+    if rng.random() < 0.5 or not values:
+        values["wheelset.vertical_N"] = wheelset["vertical_N"] * rng.uniform(0.6, 1.0, count)
+    for name in ("lateral_shift_mm", "yaw_mrad"):
+        wheelset[name] *= mirror
+    if mirror < 0.0:
+        wheelset["wheels"] = {"left": "right", "right": "left", "both": "both"}[wheelset["wheels"]]
+    content["history"] = {"distance_mm": places.tolist(), "steps": int(rng.choice([4, 8, 16])),
+                          "begin": ("steady", "pressed")[rng.integers(2)],
+                          "values": {key: given.tolist() for key, given in values.items()}}
     return Case.from_dict(content)
 
 
@@ -203,6 +240,49 @@ def check(case: Case) -> Outcome:
         return Outcome(reason=str(cause), excused=True)
     return Outcome(result.converged, result.reason, excused=any(words in result.reason for words in EXCUSES),
                    broken=violations(task, result) if result.converged else ())
+
+
+def check_over_time(case: Case, seed: int) -> Outcome:
+    """Solve a wheelset over time: its load is carried at each row, other places change nothing, and its mirror image has the
+    mirrored forces, within a tenth of their errors and what a balance may leave."""
+    try:
+        task = case.task
+        result = WheelsetHistorySolver().solve(task)
+        if not result.converged:
+            return Outcome(reason=result.reason, excused=any(words in result.reason for words in EXCUSES))
+        away = replace(task.course, places=tuple(place + 3.0 * task.course.places[-1] for place in task.course.places))
+        others = [("other places", WheelsetHistorySolver().solve(replace(task, course=away)), 1.0),
+                  ("mirror", WheelsetHistorySolver().solve(over_time(seed, -1.0).task), -1.0)]
+    except Unsolvable as cause:
+        return Outcome(reason=str(cause), excused=True)
+    table, found = result.history, []
+    loads = np.array(table.get("wheelset.vertical_N", task.problem.vertical))
+    missing = np.abs(np.array(table["track_force_z_N"]) / loads - 1.0).max()
+    if not missing < LOAD_SHARE:
+        found.append(f"the load is missed by {missing:.1e}")
+    errors = np.array(table[UNCERTAINTY + "track_force_y_N"])
+    for name, other, sign in others:
+        change = np.abs(np.array(table["track_force_y_N"]) - sign * np.array(other.history["track_force_y_N"]))
+        if (change > 0.1 * errors + LOAD_SHARE * loads).any():
+            found.append(f"{name}: the lateral force differs by {(change / loads).max():.1e} of the load")
+    return Outcome(True, work=int(result.work["applications"] / result.work["steps"]), broken=tuple(found))
+
+
+def covered_over_time(case: Case, *_: int) -> Outcome:
+    """Solve a wheelset over time, with the estimated and true errors of the scalars of some rows."""
+    try:
+        task = case.task
+        result = WheelsetHistorySolver().solve(task)
+        n, steps = task.contact.numerics.grid[0], task.course.steps
+        numerics = Numerics((REFERENCE * n, REFERENCE * n))
+        problem = replace(task.problem, contact=replace(task.contact, numerics=numerics))
+        course = replace(task.course, steps=REFERENCE * steps)
+        fine = WheelsetHistorySolver().solve(replace(task, problem=problem, course=course))
+    except Unsolvable as cause:
+        return Outcome(reason=str(cause), excused=True)
+    if not (result.converged and fine.converged):
+        return Outcome(reason=result.reason or fine.reason, excused=any(words in result.reason for words in EXCUSES))
+    return Outcome(True, pairs=tuple(pairs(result.history, fine.history, n)))
 
 
 def violations(task: WheelsetProblem, result: Result) -> tuple[str, ...]:
