@@ -150,6 +150,8 @@ def conicity(
     if not len(amplitudes_mm) or not all(isinstance(value, int | float) and 0.0 < value <= 50.0 for value in amplitudes_mm):
         raise ValueError("amplitudes are numbers above 0 up to 50 mm")
     task = Case.of(case).task
+    if isinstance(task, WheelsetHistory):
+        task = task.problem
     if not isinstance(task, WheelsetProblem):
         what, key = ("a ball bearing", "bearing") if isinstance(task, BearingProblem) else ("a single contact", "geometry")
         raise Unsolvable(f"{what} has no equivalent conicity", key, "[track] and [wheelset] in place of it")

@@ -23,6 +23,7 @@ from thermoroll_cli.many_contacts.history.course import History
 from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
 from thermoroll_cli.many_contacts.history.kept_steps import journal_of
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
+from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistory
 from thermoroll_cli.one_contact.refinement.plan import COARSEST, Plan
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
@@ -137,6 +138,8 @@ def _run_case(
                 with journal_of(steps, task, case.to_json(), resume=resume) as journal:
                     result = HistorySolver(threads).solve(task, report=report, journal=journal)
             else:
+                if resume and isinstance(task, WheelsetHistory):
+                    streams.note(f"thermoroll: {case.name}: a wheelset over time begins anew: its steps are not kept")
                 result = solve(task, threads=threads, report=report)
             result = result.with_case(case.text, case.to_json())
     except Interrupted:
