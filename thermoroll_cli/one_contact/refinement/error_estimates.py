@@ -76,10 +76,11 @@ BORDER = 1.0 / 3.0
 """R of areas with a border that is found, and of the heat that is conducted, most of it there, times N^−1.5: about N border
 elements, each off by a third of itself at random (0: 91 % of stick areas)."""
 ORDER_BETWEEN, INSIDE = 4.0, 2
-"""Below the surface of a line contact a maximum lies where a parabola through three elements has it: that errs with the fourth
-power of the element, by an amount and a sign that depend on its place in one, and is most of the change of coarse grids (as
-other scalars: 99 % of 216 pairs covered, but 14 times as wide in the middle; 98 % and 4 times). At the surface stresses rise
-like √s within so many elements of the border, which is one place; further inside they have a kink where stick ends, at most."""
+"""Below the surface of a line contact a maximum lies where a parabola through three elements has it: its value errs with the
+fourth power of the element, its place with the third, by an amount and a sign that depend on where in one it lies. That is most
+of the change of coarse grids (as other scalars: 99 % of 216 pairs covered, but 14 times as wide in the middle). At the surface
+stresses rise like √s within so many elements of the border, which is one place; further inside they have a kink where stick
+ends, at most."""
 AT_ONE_PLACE = 0.1
 """Error of a border that is straight along an element's side, in elements, at most (measured on cylinders, N = 64 and 256)."""
 SPREAD = 0.5
@@ -109,13 +110,13 @@ creepages that are found for forces."""
 
 def estimate(
     values: Sequence[float], scale: float, *, order: float = ORDER, unresolved: float = 0.0, floor: float = FLOOR,
-    safety: float = SAFETY, between: float = 0.0,
+    safety: float = SAFETY, between: float = 0.0, alternates: bool = False,
 ) -> float:
     """E of the module's docstring over `scale`, from `values` on up to three grids (coarse to fine, the last is reported).
 
-    `order` is q, `unresolved` R over `scale`. A part of an order `between` elements above q has a sign of its own on each grid:
-    where there is one, the guard counts changes with it, and a change of sign shows nothing. nan for one grid alone, or where a
-    value or the scale is not known."""
+    `order` is q, `unresolved` R over `scale`. Where most of the change of coarse grids is of an order `between` elements above
+    q, the guard counts it so; of what `alternates`, a change of sign shows nothing. nan for one grid alone, or where a value or
+    the scale is not known."""
     values = values[-3:]
     if len(values) < 2 or math.isnan(values[-1]) or math.isnan(values[-2]) or math.isnan(scale):
         return math.nan
@@ -129,9 +130,9 @@ def estimate(
         # It errs by less than the extrapolated value has changed since the grid before, and by a quarter of its correction.
         changed = abs(last + (last - before) / divisor)
         return max(changed, 0.25 * abs(last) / divisor) + unresolved + floor
-    if not between and not converges_one_way(before, last):
-        divisor = min(divisor, 1.0)
-    return safety * (max(abs(last), abs(before) / 2.0 ** max(order, between)) / divisor + unresolved) + floor
+    shown = divisor if alternates or converges_one_way(before, last) else min(divisor, 1.0)
+    guard = abs(before) / (2.0**between * divisor if between else 2.0**order * shown)
+    return safety * (max(abs(last) / shown, guard) + unresolved) + floor
 
 
 def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], problem: Problem) -> list[str]:
@@ -299,7 +300,10 @@ class Resolution:
         line contact is as well, but of first order: tractions turn where stick ends."""
         if of_traction or self.inside[0] < x < self.inside[1]:
             over_pressure = self.summary["shear_max_MPa"] / self.summary["pressure_max_MPa"]
-            return self.order("peak") if of_traction else ORDER_UNEVEN, self.unresolved("peak") * over_pressure
+            own = self.unresolved("peak") * over_pressure
+            # The end of stick is known to that part of an element, over which tractions change by μp.
+            return (self.order("peak"), own) if of_traction else (
+                ORDER_UNEVEN, own + AT_ONE_PLACE * self.derived.problem.friction.coefficient / self.elements)
         # At the border of the contact tractions change by μp over an element.
         kinematics, friction = self.derived.kinematics, self.derived.problem.friction
         return ORDER_AT_SURFACE, friction.coefficient / self.elements if kinematics.has_traction else 0.0
@@ -431,9 +435,10 @@ def stress_estimates(grids: Sequence[Collector], reference: Mapping[str, Any], g
         between = 1.0 if few else 2.0 ** (points - (not is_stress)) - 1.0
         if name in at_surface:
             (order, border), between = grid.at_surface(name in of_traction, places.get(name, math.nan)), 1.0
+        smooth = line and name not in at_surface and order == ORDER
         unresolved = abs(half_the_depths[name] - value) / scale / between + (border if is_stress else 0.0)
         errors[name] = estimate([each[name] for each in values], scale, order=order, unresolved=unresolved, floor=floor,
-                                between=ORDER_BETWEEN if line and name not in at_surface and order == ORDER else 0.0)
+                                between=smooth * (ORDER_BETWEEN - (not is_stress)), alternates=smooth and is_stress)
     for name in at_surface.intersection(errors):
         if "_depth_" in name:
             errors[name] += 2.2 / grid.elements  # The surface counts as one element deep.
