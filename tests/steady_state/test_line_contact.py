@@ -325,7 +325,8 @@ def test_areas_are_per_length() -> None:
 
 
 def test_estimates_below_the_surface_are_close() -> None:
-    """Beside four times the elements: all are covered, and no wider than twelve times in the middle (they were 40)."""
+    """Beside four times the elements: all are covered, and those of the largest values are no wider than ten times (they were
+    40)."""
     def below(grid: int) -> Result:
         problem = replace(at_share(0.3, grid), friction=Friction(0.2))
         motion = Motion(1.0, 0.3 * saturation_creepage(exact(problem), 0.2), 0.0)
@@ -336,4 +337,5 @@ def test_estimates_below_the_surface_are_close() -> None:
     inside = [name for name in coarse.subsurface.scalars if "tensile" not in name]
     true = {name: abs(coarse[name] - fine[name]) for name in inside}
     assert len(inside) >= 5 and all(true[name] <= coarse.uncertainty[name] for name in inside)
-    assert np.median([coarse.uncertainty[name] / true[name] for name in inside]) < 12.0
+    for name in ("von_mises_max_lower_MPa", "orthogonal_shear_range_max_lower_MPa"):
+        assert coarse.uncertainty[name] < 10.0 * true[name]
