@@ -82,7 +82,7 @@ def test_the_path_is_mirrored_with_the_wheel() -> None:
     def forces(side: str, sign: float) -> list[float]:
         values = {"wheelset.yaw_mrad": [0.0, 2.0 * sign, 0.0], "wheelset.lateral_shift_mm": [0.0, 0.01 * sign, 0.02 * sign]}
         return column(wheel(wheelset=free | {"wheels": side}, track={"right": None, side: {"origin_mm": [0.0, 0.0]}},
-                            history=path | {"values": values}), "track_force_y_N").tolist()
+                            history=path | {"values": values}, numerics={"grid": 12}), "track_force_y_N").tolist()
 
     right = forces("right", 1.0)
     assert forces("left", -1.0) == pytest.approx([-force for force in right], rel=1e-4)
@@ -99,9 +99,10 @@ def test_the_velocity_is_that_of_the_path() -> None:
 
 
 def test_a_file_goes_on_where_it_ended(tmp_path: Path) -> None:
-    whole = column(wheel(history={"distance_mm": [0, 4], "steps": 4}), "track_force_x_N")
+    coarse = {"grid": 12}
+    whole = column(wheel(history={"distance_mm": [0, 4], "steps": 4}, numerics=coarse), "track_force_x_N")
     for name, begin in (("first", "pressed"), ("second", "first.h5")):
-        half = wheel(history={"distance_mm": [0, 2], "steps": 2, "begin": begin})
+        half = wheel(history={"distance_mm": [0, 2], "steps": 2, "begin": begin}, numerics=coarse)
         (tmp_path / f"{name}.toml").write_text(tomli_w.dumps(half))
     for name in ("first", "second"):
         ended = call("run", tmp_path / f"{name}.toml", "-o", tmp_path, "--plots", "all" if name == "second" else "none")
