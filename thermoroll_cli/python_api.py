@@ -17,7 +17,7 @@ from thermoroll_cli.many_contacts.bearing.bearing_result import plan_of as plan_
 from thermoroll_cli.many_contacts.history.course import History
 from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan, plan_of, warnings_of
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
-from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistory, WheelsetHistorySolver
+from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistory, WheelsetHistorySolver, warnings_over_time
 from thermoroll_cli.many_contacts.wheelset.conicity import Conicity, conicity_of
 from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
@@ -56,14 +56,6 @@ def _contact_warnings(problem: Problem) -> Iterable[str]:
     return *warnings_before(derived), *expected_temperature_warning(derived)
 
 
-def _start(history: WheelsetHistory) -> WheelsetProblem:
-    return history.problem_at(history.course.places[0])
-
-
-def _warnings_of_start(history: WheelsetHistory) -> Iterable[str]:
-    return *warnings_of(history), *wheelset_warnings(_start(history))
-
-
 def _history_facts(history: History) -> Mapping[str, float]:
     """Numbers of the plan at the largest load."""
     return {name: value for name, value in make_plan(history.largest).facts.items() if value == value}
@@ -74,7 +66,7 @@ KINDS: dict[type[Task], Kind] = {
     WheelsetProblem: Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of),
     BearingProblem: Kind(lambda threads, options: BearingSolver(threads), bearing_warnings, facts_of_bearing, plan_of_bearing),
     History: Kind(HistorySolver, warnings_of, _history_facts, plan_of),
-    WheelsetHistory: Kind(WheelsetHistorySolver, _warnings_of_start, lambda history: facts_of(_start(history))),
+    WheelsetHistory: Kind(WheelsetHistorySolver, warnings_over_time, lambda history: facts_of(history.start)),
 }
 """The kinds of problems that a case may describe."""
 

@@ -86,10 +86,12 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
         yield ("history", "length_mm"), why, allowed
     yield from _friction(sections.get("friction"), sections.get("load"), history)
     wheelset = sections.get("wheelset")
-    if any(len(values) != len(places) for values in history.values.values()):
-        key, values = next((key, values) for key, values in history.values.items() if len(values) != len(places))
-        yield ("history", "values"), f"{key} has {len(values)} values for {len(places)} places", "one value for each place"
-    elif wheelset is None:
+    uneven = {key: len(values) for key, values in history.values.items() if len(values) != len(places)}
+    for key, count in uneven.items():
+        yield ("history", "values"), f"{key} has {count} values for {len(places)} places", "one value for each place"
+    if uneven:
+        return
+    if wheelset is None:
         yield from _values(sections, history)
     else:
         yield from _values_of_wheelset(sections, wheelset, history)

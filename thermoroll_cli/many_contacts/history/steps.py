@@ -68,7 +68,7 @@ class Moment:
 
 
 @dataclass(frozen=True)
-class _Reached:
+class Reached:
     """The state at the `end` of a step: displacements `u` (2, nx, ny) in m, slip that drives the tractions (`rigid`, over V),
     `work` and `heat` in J since the start, the total `shift` in m, and the mean factor of `friction` that remembers."""
 
@@ -101,8 +101,8 @@ class Stepper:
     Once it has begun, `interpolated` is the share of the force that was lost between the grid of a state from a file and this
     one, and put back."""
 
-    last: _Reached | None = None
-    before: _Reached | None = None
+    last: Reached | None = None
+    before: Reached | None = None
     interpolated = 0.0
 
     def __init__(self, base: Discretisation, mirror: Parities | None) -> None:
@@ -220,7 +220,7 @@ class Stepper:
         heat = _StepHeat(self.memory, now) if self.memory is not None and heats else None
         return self.base.under(DerivedQuantities(problem, past), heat), now
 
-    def _moved(self, problem: Problem, step: float, last: _Reached, *, constant: bool) -> tuple[Place, Place]:
+    def _moved(self, problem: Problem, step: float, last: Reached, *, constant: bool) -> tuple[Place, Place]:
         """How far the material of both bodies has moved at the end of a step over the distance `step`."""
         motion, (lower, upper) = problem.motion, last.end.moved
         if problem.heating.peclet != "rolling":
@@ -266,7 +266,7 @@ class Stepper:
             rate = tangential.work if now.constant else 0.5 * (tangential.work + last.contact.tangential.work)
             done = 0.5 * float(((tangential.traction + last.contact.tangential.traction) * mean).sum()) * here.grid.element_area
             work, heat = last.work + done * step, last.heat + rate * step
-        self.before, self.last = last, _Reached(
+        self.before, self.last = last, Reached(
             place, now, distance, contact, u, rigid, work, heat, shift, rolls, _friction_factor(here, contact))
 
     def reported(self, here: Discretisation, state: SteadyState) -> State:
@@ -314,7 +314,7 @@ class Steps:
             known, problem, shift = None, history.problem_at(stop), history.shift_at(stop)
             if stepper.last is None:
                 here, state = stepper.begin(problem, course.begin)
-                now = End(time, ((0.0, 0.0), (0.0, 0.0)))
+                now = End(time)
             else:
                 known = kept.find(number, here.grid) if stop < rows[-1] else None
                 here, now = stepper.step(problem, time, distance, shift, jumps=stepper.last.place in course.jumps,

@@ -21,8 +21,8 @@ import numpy as np
 from thermoroll_cli.many_contacts.history.course import SPEED, Begin, OverTime
 from thermoroll_cli.many_contacts.history.history_plan import grids_of, warnings_of
 from thermoroll_cli.many_contacts.history.solve import SAFETY, over_rows
-from thermoroll_cli.many_contacts.history.steps import Stepper
-from thermoroll_cli.many_contacts.wheelset.first_contact import touching, wheelset_warnings
+from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
+from thermoroll_cli.many_contacts.wheelset.first_contact import roll_of, touching, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.one_wheel import SAME_PATCH, NoHeight
 from thermoroll_cli.many_contacts.wheelset.patch_problem import problem_of_patch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, nearest
@@ -86,6 +86,11 @@ class WheelsetHistory(OverTime):
 
     problem: WheelsetProblem
 
+    @property
+    def start(self) -> WheelsetProblem:
+        """The problem at the beginning."""
+        return self.problem_at(self.course.places[0])
+
     def problem_at(self, place: float) -> WheelsetProblem:
         """The problem at one place of the course."""
         problem, course = self.problem, self.course
@@ -113,15 +118,15 @@ class _PatchOverTime:
 
     side: SideName
     y: float
-    length: float
-    low: float
-    high: float
     run: _Patches
+    length: float = 0.0
+    low: float = math.inf
+    high: float = -math.inf
     shift: float = 0.0
     used: bool = False
     bears: bool = False
     _stepper: Stepper | None = None
-    _reached: tuple[object, object] = (None, None)
+    _reached: tuple[Reached | None, Reached | None] = (None, None)
     _trial: tuple[Discretisation, SteadyState, End] | None = None
 
     def hold(self, derived: DerivedQuantities) -> None:
@@ -143,16 +148,16 @@ class _PatchOverTime:
             self._stepper = Stepper(Discretisation(
                 derived, run.shape, run.extent, run.threads, run.options, followed=domain), None)
         stepper, row, before = self._stepper, run.row, run.before
-        stepper.last, stepper.before = self._reached  # type: ignore[assignment]
+        stepper.last, stepper.before = self._reached
         if before is None:
             begin = run.history.course.begin
             here, state = stepper.begin(moved, self._carried() if isinstance(begin, Result) else begin)
-            now = End(row.time, ((0.0, 0.0), (0.0, 0.0)))
+            now = End(row.time)
         else:
             if stepper.last is None or run.regrouped(self.side):
                 here, state = stepper.begin(moved, self._carried())
                 stepper.before = stepper.last = None
-                stepper.reach(here, state.contact, before.place, End(before.time, ((0.0, 0.0), (0.0, 0.0))), before.distance)
+                stepper.reach(here, state.contact, before.place, End(before.time), before.distance)
             here, now = stepper.step(moved, row.time, row.distance, jumps=run.jumps)
             state = stepper.solved(here, None)
         stepper.reach(here, state.contact, row.place, now, row.distance)
@@ -253,7 +258,7 @@ class _Patches:
         near = min((each for each in self.patches if each.side == side and not each.used),
                    key=lambda each: abs(each.y - patch.y), default=None)
         if near is None or abs(near.y - patch.y) >= SAME_PATCH:
-            near = _PatchOverTime(side, patch.y, 0.0, math.inf, -math.inf, self)
+            near = _PatchOverTime(side, patch.y, self)
             self.patches.append(near)
         near.y, near.shift, near.used = patch.y, -_arc(patch.facing.rail.samples, patch.y, patch.z), True
         return near
@@ -267,9 +272,8 @@ class _Patches:
         wheels, standing = wheels_of(self.history.problem), None
         for place in rows.tolist():
             problem = self.history.problem_at(place)
-            roll = next(iter(touching(problem).values())).position.roll * sign_of(problem.sides[0])
             try:
-                standing = stand(problem, wheels, {}, standing or Standing(roll, 0.0, {}))
+                standing = stand(problem, wheels, {}, standing or Standing(roll_of(touching(problem)), 0.0, {}))
             except NoHeight:
                 continue
             motion = replace(problem.motion, angular_velocity=0.0)
@@ -291,15 +295,20 @@ class _Patches:
             self.before, self.row = (None if found is None else self.row), _Row(stop, time, distance)
             self.jumps = self.before is not None and self.before.place in history.course.jumps
             problem = history.problem_at(stop)
-            roll = next(iter(touching(problem).values())).position.roll * sign_of(problem.sides[0])
             # Where a velocity jumps the last balance is no guess of the next one.
             turned = self.before is not None and any(self.before.place <= each < stop for each in history.course.places)
-            found = balanced(problem, roll, None if turned else found, self, report)
+            found = balanced(problem, roll_of(touching(problem)), None if turned else found, self, report)
             accepted = [(patch.side, patch.accept()) for patch in self.patches]
             self.remembered = {of: [state for side, state in accepted if side == of and state is not None] for of in SIDES}
             if stop in places:
                 yield self.row, found, self.applications
                 self.applications = 0
+
+
+def warnings_over_time(history: WheelsetHistory) -> Iterator[str]:
+    """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail at the beginning."""
+    yield from warnings_of(history)
+    yield from wheelset_warnings(history.start)
 
 
 class WheelsetHistorySolver:
@@ -310,15 +319,18 @@ class WheelsetHistorySolver:
 
     def solve(self, history: WheelsetHistory, *, report: Report | None = None) -> Result:
         """The result of the last row, with the columns of all. Raises Unsolvable where a wheel misses its rail."""
-        course, extent = history.course, max(history.contact.numerics.extent, SMALLEST_EXTENT)
-        warnings = [*warnings_of(history), *wheelset_warnings(history.problem_at(course.rows[0]))]
+        extent = max(history.contact.numerics.extent, SMALLEST_EXTENT)
+        warnings = tuple(dict.fromkeys(warnings_over_time(history)))
         while True:
-            levels = [self._level(history, shape, runs, extent, report) for shape, runs in grids_of(history)]
-            if all(level is not None for level in levels) or extent > LARGEST_EXTENT:
-                break
+            coarser, fine = dict[float, _Solved](), dict[float, _Solved]()
+            for shape, runs in grids_of(history):
+                level = self._level(history, shape, runs, extent, report)
+                if level is None:
+                    break
+                coarser, fine = fine, level
+            else:
+                return _result(history, fine, coarser, warnings)
             extent *= GROWTH
-        *coarser, fine = (level for level in levels if level is not None)
-        return _result(history, fine, coarser[-1] if coarser else {}, tuple(dict.fromkeys(warnings)))
 
     def _level(
         self, history: WheelsetHistory, shape: tuple[int, int], runs: Sequence[Array], extent: float, report: Report | None

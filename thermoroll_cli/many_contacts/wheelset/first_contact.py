@@ -50,6 +50,12 @@ def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
     return {side: facing.lowered(facing.clearance) for side, facing in facings.items()}
 
 
+def roll_of(first: Mapping[SideName, Facing]) -> float:
+    """The roll (rad) of a wheelset whose wheels touch first as in `first`."""
+    side, facing = next(iter(first.items()))
+    return sign_of(side) * facing.position.roll
+
+
 def facts_of(problem: WheelsetProblem) -> dict[str, float]:
     """Places and angles of first contact, roll, rolling radii and the clearance of the flanges, in the units of their names."""
     facts: dict[str, float] = {}
@@ -67,10 +73,8 @@ def facts_of(problem: WheelsetProblem) -> dict[str, float]:
             f"rolling_radius_{side}_mm": 1e3 * float(facing.wheel.samples[1][at_wheel]),
             f"flange_clearance_{side}_mm": 1e3 * flange_clearance(facing),
         }  # fmt: skip
-    first = next(iter(facings.values()))
-    sign = sign_of(next(iter(facings)))
-    facts["first_contact_roll_mrad"] = 1e3 * sign * first.position.roll
-    facts["first_contact_height_mm"] = 1e3 * first.position.z
+    facts["first_contact_roll_mrad"] = 1e3 * roll_of(facings)
+    facts["first_contact_height_mm"] = 1e3 * next(iter(facings.values())).position.z
     if len(facings) == 2:
         facts["rolling_radius_difference_mm"] = facts["rolling_radius_right_mm"] - facts["rolling_radius_left_mm"]
     return facts

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.many_contacts.wheelset.first_contact import touching, wheelset_warnings
+from thermoroll_cli.many_contacts.wheelset.first_contact import roll_of, touching, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, SAME_PATCH, STIFFENING
 from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import patches_of
@@ -51,8 +51,7 @@ class WheelsetSolver:
         wheel misses its rail; `reason` says everything else that goes wrong."""
         first = touching(problem)
         warnings = tuple(wheelset_warnings(problem, first))
-        roll = next(iter(first.values())).position.roll * sign_of(problem.sides[0])
-        found = balanced(problem, roll, self._before, self._solvers, report or (lambda stage, info: None))
+        found = balanced(problem, roll_of(first), self._before, self._solvers, report or (lambda stage, info: None))
         self._before = None if found.reason else found
         return result_of(found, warnings)
 

@@ -45,7 +45,7 @@ class End:
     m, along x and y, and whether the heat of the step is `constant`."""
 
     time: float
-    moved: tuple[Place, Place]
+    moved: tuple[Place, Place] = ((0.0, 0.0), (0.0, 0.0))
     constant: bool = False
 
 
