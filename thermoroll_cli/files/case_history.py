@@ -202,15 +202,16 @@ def history_of(table: HistoryTable, problem: Problem | WheelsetProblem) -> Histo
         numerics = problem.contact.numerics
         numerics = replace(numerics, grid=numerics.grid or (FIRST, FIRST), accuracy=None)
         problem = replace(problem, contact=replace(problem.contact, numerics=numerics))
+        values = {key: tuple(table.values[key]) for key in OF_WHEELSETS if key in table.values}
         return WheelsetHistory(problem, Course(
-            places, {key: tuple(given) for key, given in table.values.items()}, by_distance, table.steps,
+            places, values, by_distance, table.steps,
             STATES.get(table.begin or "steady") or _result_in(str(table.begin), "wheelset"), table.fields_every))
     motion = problem.motion
     for way, name in (("longitudinal", "creepage_x"), ("lateral", "creepage_y")):
         if {f"force.{way}_N", f"force.{way}_N_mm"} & {*table.values}:
             motion = replace(motion, **{name: None})  # type: ignore[arg-type]
     still = table.values.get(SPEED, [motion.speed])[0] == 0.0
-    values = {key: tuple(given) for key, given in table.values.items()}
+    values = {key: tuple(table.values[key]) for key in VARIED if key in table.values}
     begin = STATES.get(table.begin or ("pressed" if still else "steady")) or _result_in(str(table.begin))
     problem = replace(problem, motion=motion, length=math.inf if table.length_mm is None else 1e-3 * table.length_mm)
     return History(problem, Course(

@@ -114,6 +114,15 @@ class Course:
 
 
 @dataclass(frozen=True)
+class When:
+    """Where a state lies in a history: its `place` in the course, `time` in s, `distance` rolled in m."""
+
+    place: float
+    time: float
+    distance: float
+
+
+@dataclass(frozen=True)
 class OverTime:
     """Anything that rolls over time: its `problem` with the values that do not change, and the `course` of those that do."""
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from thermoroll_cli.many_contacts.history.course import VARIED, History
+from thermoroll_cli.many_contacts.history.course import History, OverTime, When
 from thermoroll_cli.many_contacts.history.history_plan import check, grids_of, warnings_of
 from thermoroll_cli.many_contacts.history.kept_steps import KeptSteps
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
@@ -31,6 +31,7 @@ from thermoroll_cli.tools.journal import Journal
 SAFETY = 1.75
 """Estimated error over the difference from half the elements and steps: with kinks and jumps between long steps, which have
 errors of first order, 96 % of 520 pairs are then covered (`make stress`), at six times the error in the median."""
+NOT_SOLVED = "the step was not solved: smaller ones help where inputs change much in one"
 INTERPOLATED = "force_x_N", "force_y_N", "elastic_energy_J", "heat_J", "shift_x_um", "shift_y_um"
 """What errs with a first state from another grid."""
 NARROW = 2.0
@@ -48,13 +49,10 @@ Report = Callable[[str, Mapping[str, Any]], None]
 
 
 @dataclass(frozen=True)
-class Row:
-    """A state of a history as tables have it: its `place` in the course, `time` in s, `distance` rolled in m, scalars, the
-    `applications` since the row before, whether all steps since then were solved, and with its fields the `state`."""
+class Row(When):
+    """A state of a history as tables have it: scalars, the `applications` since the row before, whether all steps since then
+    were solved, and with its fields the `state`."""
 
-    place: float
-    time: float
-    distance: float
     scalars: Mapping[str, float]
     applications: int
     converged: bool
@@ -72,14 +70,8 @@ class HistorySolver:
         makes the result up to there. Steps go into the `journal`, if there is one, and those that it has are not solved again.
         Raises Unsolvable where friction cannot carry a force, JournalError."""
         check(history)
-        extent = max(history.problem.numerics.extent, SMALLEST_EXTENT)
-        warnings = known = warnings_of(history)
-        while True:
-            found = self._refined(history, extent, warnings, report, journal)
-            if found is not None:
-                return found
-            extent *= GROWTH
-            warnings = [*known, f"the contact reached the rim of the domain: extent grown to {extent:g}"]
+        return grown(history, warnings_of(history), lambda extent, warnings: self._refined(
+            history, extent, warnings, report, journal))
 
     def _refined(
         self, history: History, extent: float, warnings: Sequence[str], report: Report | None, journal: Journal | None
@@ -112,6 +104,39 @@ class HistorySolver:
                       "numerics.grid and history.steps")
             found = replace(found, converged=False, reason=found.reason or reason)
         return found
+
+
+def grown(history: OverTime, known: Sequence[str], solved: Callable[[float, Sequence[str]], Result | None],
+          least: float = SMALLEST_EXTENT) -> Result:
+    """What is `solved` on a domain of some half-lengths of the contact, at `least` so many, with the warnings that are `known`;
+    the domain grows, and a warning says so, as long as that is None."""
+    extent, warnings = max(history.contact.numerics.extent, least), known
+    while (found := solved(extent, warnings)) is None:
+        extent *= GROWTH
+        warnings = [*known, f"the contact reached the rim of the domain: extent grown to {extent:g}"]
+    return found
+
+
+def table_of(
+    history: OverTime, rows: Sequence[When], reasons: Sequence[str], columns: Mapping[str, Array], errors: Mapping[str, Array],
+    states: Mapping[int, State] | None = None
+) -> tuple[Columns, str]:
+    """The table of `rows` with their `columns` and `errors`, the `states` of some, and the `reasons` why some were not solved
+    (empty: solved), and why the whole was not."""
+    course, places = history.course, np.array([row.place for row in rows])
+    inputs = {key: course.at(key, places).tolist() for key in course.values}
+    table = Columns({
+        "distance_mm": [1e3 * row.distance for row in rows], "time_s": [row.time for row in rows],
+        **inputs, "status": [f"not_{CONVERGED}" if reason else CONVERGED for reason in reasons], "reason": reasons,
+        **{name: column.tolist() for name, column in columns.items() if not np.isnan(column).all()},
+        **{f"{UNCERTAINTY}{name}": error.tolist() for name, error in errors.items()}},
+        varied=(*PLACES, *inputs), over=("time_s",), title=history.contact.title, states=states or {})
+    failed = [number for number, reason in enumerate(reasons) if reason]
+    if not failed:
+        return table, ""
+    first = rows[failed[0]]
+    return table, (f"{len(failed)} of {len(rows)} rows were not solved, the first one at {first.time:g} s after "
+                   f"{1e3 * first.distance:g} mm: {reasons[failed[0]]}")
 
 
 @dataclass
@@ -228,29 +253,18 @@ def _result(
     history: History, rows: Sequence[Row], last: Moment, errors: Mapping[str, Array], warnings: Sequence[str]
 ) -> Result:
     """The state of the `last` moment with the columns of all `rows`; it has converged if every step was solved."""
-    failed = [row for row in rows if not row.converged]
-    reason = "" if not failed else (
-        f"{len(failed)} of {len(rows)} steps were not solved, the first one at {failed[0].time:g} s after "
-        f"{1e3 * failed[0].distance:g} mm: smaller steps help where inputs change much in one")
     problems = [history.problem_at(row.place) for row in rows]
     of_problem = [_known(problem) for problem in problems]
     numbers = [{**row.scalars, **known} for row, known in zip(rows, of_problem, strict=True)]
     cells = [each | over_limit(each) for each in numbers]
-    places = np.array([row.place for row in rows])
-    inputs = {key: history.course.at(key, places).tolist() for key in VARIED if key in history.course.values}
-    table = Columns({
-        "distance_mm": [1e3 * row.distance for row in rows], "time_s": [row.time for row in rows],
-        **inputs, "status": [CONVERGED if row.converged else f"not_{CONVERGED}" for row in rows],
-        "reason": ["" if row.converged else "the step was not solved" for row in rows],
-        **{name: [each[name] for each in cells] for name in cells[0] if any(each[name] == each[name] for each in cells)},
-        **{f"{UNCERTAINTY}{name}": error.tolist() for name, error in errors.items()}},
-        varied=(*PLACES, *inputs), over=("time_s",), title=history.problem.title,
-        states={number: row.state for number, row in enumerate(rows) if row.state is not None})
+    columns = {name: np.array([each[name] for each in cells]) for name in cells[0]}
+    table, reason = table_of(history, rows, ["" if row.converged else NOT_SOLVED for row in rows], columns, errors,
+                             {number: row.state for number, row in enumerate(rows) if row.state is not None})
     problem = replace(problems[-1], normal_force=last.reported.scalars["normal_N"])
     state, known = _reported(last), {name: float(error[-1]) for name, error in errors.items()}
     return Result(
         problem=problem, coupled=state, isothermal=state, of_problem=of_problem[-1],
-        converged=not failed, reason=reason, uncertainty=known,
+        converged=not reason, reason=reason, uncertainty=known,
         work={"grid": list(last.here.grid.sides), "extent": last.here.extent, "steps": len(rows) - 1,
               "applications": sum(row.applications for row in rows), "skipped": {}},
         patches=tuple(patches_of(last.here, last.state.contact)), history=table, warnings=tuple(warnings))

@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thermoroll_cli.many_contacts.history.course import Begin, History
+from thermoroll_cli.many_contacts.history.course import Begin, History, When
 from thermoroll_cli.many_contacts.history.kept_steps import NOTHING_KEPT, KeptSteps
 from thermoroll_cli.one_contact.refinement.refine import first_guess
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
@@ -52,14 +52,10 @@ MOST_GROWTH = 2.4
 
 
 @dataclass(frozen=True)
-class Moment:
-    """One state of a history: its `place` in the course, `time` in s, `distance` rolled in m, the solver's `state` on the grid
-    of `here`, its `reported` form, and of all steps since the last moment the `applications` and whether each was solved
-    (`converged`)."""
+class Moment(When):
+    """One state of a history: the solver's `state` on the grid of `here`, its `reported` form, and of all steps since the last
+    moment the `applications` and whether each was solved (`converged`)."""
 
-    place: float
-    time: float
-    distance: float
     here: Discretisation
     state: SteadyState
     reported: State

@@ -18,12 +18,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from thermoroll_cli.many_contacts.history.course import SPEED, Begin, OverTime
+from thermoroll_cli.many_contacts.history.course import SPEED, Begin, OverTime, When
 from thermoroll_cli.many_contacts.history.history_plan import grids_of, warnings_of
-from thermoroll_cli.many_contacts.history.solve import SAFETY, over_rows
+from thermoroll_cli.many_contacts.history.solve import SAFETY, grown, over_rows, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
 from thermoroll_cli.many_contacts.wheelset.first_contact import roll_of, touching, wheelset_warnings
-from thermoroll_cli.many_contacts.wheelset.one_wheel import SAME_PATCH, NoHeight
+from thermoroll_cli.many_contacts.wheelset.one_wheel import NoHeight, same_patch
 from thermoroll_cli.many_contacts.wheelset.patch_problem import problem_of_patch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, nearest
 from thermoroll_cli.many_contacts.wheelset.placement import RailSide
@@ -32,16 +32,14 @@ from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, whee
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import result_of
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
-from thermoroll_cli.one_contact.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
+from thermoroll_cli.one_contact.refinement.plan import LARGEST_EXTENT
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.one_contact.steady_state.fixed_point import SteadyState
 from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
 from thermoroll_cli.physics.heat.heat_over_time import End
 from thermoroll_cli.physics.numerics.grid import Domain, interpolation_matrix
-from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.curved_patch import CurvedPatch
-from thermoroll_cli.problem.names import PLACES, UNCERTAINTY
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
@@ -102,26 +100,27 @@ class WheelsetHistory(OverTime):
 
 
 @dataclass(frozen=True)
-class _Row:
-    """Where a row lies: its `place` in the course, `time` (s) and `distance` rolled (m)."""
+class _Solved(When):
+    """A row with the wheelset as it stands there (`solved`), its `result`, and the `applications` since the row before."""
 
-    place: float
-    time: float
-    distance: float
+    solved: SolvedWheelset
+    result: Result
+    applications: int
 
 
 @dataclass
 class _PatchOverTime:
     """A patch on its grid of `shape` elements over the part of the rail's outline from `low` to `high`, and `length` along (all
-    in m), of which it knows the last place `y` and the `shift` from its own places across to those. It is `used` in the round
-    that is being solved, and did bear the wheelset (`bears`) at the row before."""
+    in m). It appears at the place `appears`, and lies at `y`, with the `shift` from its own places across to those of the rail.
+    It is `used` in the round that is being solved, and did bear the wheelset (`bears`) at the row before."""
 
     side: SideName
-    y: float
+    appears: float
     run: _Patches
     length: float = 0.0
     low: float = math.inf
     high: float = -math.inf
+    y: float = math.nan
     shift: float = 0.0
     used: bool = False
     bears: bool = False
@@ -239,8 +238,8 @@ class _Patches:
     threads: int
     options: SolverOptions
     rough_first: bool = False
-    row: _Row = _Row(0.0, 0.0, 0.0)
-    before: _Row | None = None
+    row: When = field(init=False)
+    before: When | None = None
     jumps: bool = False
     applications: int = 0
     touches_rim: bool = False
@@ -255,9 +254,9 @@ class _Patches:
 
     def _near(self, side: SideName, patch: PatchSurface) -> _PatchOverTime:
         """The patch nearest to a place on a side that is not in use already."""
-        near = min((each for each in self.patches if each.side == side and not each.used),
-                   key=lambda each: abs(each.y - patch.y), default=None)
-        if near is None or abs(near.y - patch.y) >= SAME_PATCH:
+        free = [each for each in self.patches if each.side == side and not each.used]
+        near = same_patch(free, patch.y, lambda each: each.y)
+        if near is None:
             near = _PatchOverTime(side, patch.y, self)
             self.patches.append(near)
         near.y, near.shift, near.used = patch.y, -_arc(patch.facing.rail.samples, patch.y, patch.z), True
@@ -282,17 +281,22 @@ class _Patches:
                 one = problem_of_patch(problem.contact, bearing, motion if side == "right" else motion.mirrored)
                 patch.hold(DerivedQuantities(_moved(one, patch.shift)))
 
-    def rows(self, places: Array, report: Report) -> Iterator[tuple[_Row, SolvedWheelset, int]]:
-        """The wheelset at all `places`, with steps to the stops between them, and what each has taken of applications."""
+    def afresh(self, shape: tuple[int, int]) -> _Patches:
+        """The same patches where they appear, on other grids, before the first row."""
+        found = replace(self, shape=shape, patches=[])
+        found.patches += [replace(patch, run=found, y=patch.appears, used=False) for patch in self.patches]
+        return found
+
+    def rows(self, places: Array, report: Report) -> Iterator[_Solved]:
+        """The wheelset at all `places`, with steps to the stops between them."""
         history, found = self.history, None
         stops = history.with_stops(places)
-        self.look_ahead(stops)
         if isinstance(history.course.begin, Result):
             self.remembered = {side: [_on_rail(patch, rail) for patch in history.course.begin.patches
                                       if isinstance(patch, Result) and patch.record["side"] == side]
                                for side, rail in history.problem.rails.items()}
         for stop, time, distance in zip(stops.tolist(), *(each.tolist() for each in history.clock(stops)), strict=True):
-            self.before, self.row = (None if found is None else self.row), _Row(stop, time, distance)
+            self.before, self.row = (None if found is None else self.row), When(stop, time, distance)
             self.jumps = self.before is not None and self.before.place in history.course.jumps
             problem = history.problem_at(stop)
             # Where a velocity jumps the last balance is no guess of the next one.
@@ -301,7 +305,7 @@ class _Patches:
             accepted = [(patch.side, patch.accept()) for patch in self.patches]
             self.remembered = {of: [state for side, state in accepted if side == of and state is not None] for of in SIDES}
             if stop in places:
-                yield self.row, found, self.applications
+                yield _Solved(stop, time, distance, found, result_of(found, ()), self.applications)
                 self.applications = 0
 
 
@@ -319,46 +323,33 @@ class WheelsetHistorySolver:
 
     def solve(self, history: WheelsetHistory, *, report: Report | None = None) -> Result:
         """The result of the last row, with the columns of all. Raises Unsolvable where a wheel misses its rail."""
-        extent = max(history.contact.numerics.extent, SMALLEST_EXTENT)
-        warnings = tuple(dict.fromkeys(warnings_over_time(history)))
-        while True:
-            coarser, fine = dict[float, _Solved](), dict[float, _Solved]()
-            for shape, runs in grids_of(history):
-                level = self._level(history, shape, runs, extent, report)
-                if level is None:
-                    break
-                coarser, fine = fine, level
-            else:
-                return _result(history, fine, coarser, warnings)
-            extent *= GROWTH
+        warnings = list(dict.fromkeys(warnings_over_time(history)))
+        # The coarsest grid has an element beside the contact at each end.
+        coarsest = min(min(shape) for shape, _ in grids_of(history))
+        return grown(history, warnings, lambda extent, warnings: self._refined(
+            history, extent, warnings, report or (lambda stage, info: None)), 2.0 * coarsest / (coarsest - 2.0) + 1e-9)
 
-    def _level(
-        self, history: WheelsetHistory, shape: tuple[int, int], runs: Sequence[Array], extent: float, report: Report | None
-    ) -> dict[float, _Solved] | None:
-        """All rows on one grid by their places; None where a contact reaches the rim of a domain that may grow."""
-        found: dict[float, _Solved] = {}
-        for places in runs:
-            patches = _Patches(history, shape, extent, self._threads, self._options)
-            for row, solved, applications in patches.rows(places, report or (lambda stage, info: None)):
-                if patches.touches_rim and extent <= LARGEST_EXTENT:
-                    return None
-                if row.place in history.course.rows:
-                    found[row.place] = _Solved(row, solved, result_of(solved, ()), applications)
-        return dict(sorted(found.items()))
-
-
-@dataclass(frozen=True)
-class _Solved:
-    """A `row` with the wheelset as it stands there (`solved`), its `result`, and the `applications` since the row before."""
-
-    row: _Row
-    solved: SolvedWheelset
-    result: Result
-    applications: int
+    def _refined(self, history: WheelsetHistory, extent: float, warnings: Sequence[str], report: Report) -> Result | None:
+        """The result on grids with more and more elements and steps; None where a contact reaches the rim of a domain that may
+        grow."""
+        grids, coarser, rows = list(grids_of(history)), dict[float, _Solved](), dict[float, _Solved]()
+        finest, (places,) = grids[-1]
+        ahead = _Patches(history, finest, extent, self._threads, self._options)
+        ahead.look_ahead(history.with_stops(places))
+        for shape, runs in grids:
+            coarser, rows = rows, {}
+            for places in runs:
+                patches = ahead.afresh(shape)
+                for row in patches.rows(places, report):
+                    if patches.touches_rim and extent <= LARGEST_EXTENT:
+                        return None
+                    if row.place in history.course.rows:
+                        rows[row.place] = row
+        return _result(history, rows, coarser, warnings)
 
 
 def _result(
-    history: WheelsetHistory, rows: Mapping[float, _Solved], coarser: Mapping[float, _Solved], warnings: tuple[str, ...]
+    history: WheelsetHistory, rows: Mapping[float, _Solved], coarser: Mapping[float, _Solved], warnings: Sequence[str]
 ) -> Result:
     """The result of the last of the `rows` with the columns of all. Errors are the differences from `coarser` grids and steps,
     as those of contacts over time, and what the balance of each row has left."""
@@ -375,33 +366,21 @@ def _result(
             error = SAFETY * over_rows(places, places[known], np.abs(column - other)[known])
             errors[name] = np.where(np.isnan(column), math.nan,
                                     error + np.nan_to_num(left) + FLOOR * error_scale(name, largest))
-    failed = [row for row in rows.values() if not row.result.converged]
-    reason = "" if not failed else (
-        f"{len(failed)} of {len(rows)} rows were not solved, the first one at {failed[0].row.time:g} s after "
-        f"{1e3 * failed[0].row.distance:g} mm: {failed[0].result.reason}")
-    course = history.course
-    inputs = {key: course.at(key, places).tolist() for key in OF_WHEELSETS if key in course.values}
-    table = Columns({
-        "distance_mm": [1e3 * row.row.distance for row in rows.values()], "time_s": [row.row.time for row in rows.values()],
-        **inputs, "status": [result.status for result in results], "reason": [result.reason for result in results],
-        **{name: column.tolist() for name, column in columns.items() if not np.isnan(column).all()},
-        **{f"{UNCERTAINTY}{name}": error.tolist() for name, error in errors.items()}},
-        varied=(*PLACES, *inputs), over=("time_s",), title=history.contact.title)
+    table, reason = table_of(history, [*rows.values()], [result.reason for result in results], columns, errors)
     last = rows[places.tolist()[-1]]
-    before = coarser.get(last.row.place)
+    before = coarser.get(last.place)
     patches = tuple(replace(patch, result=replace(patch.result, uncertainty=_errors_of_patch(
         patch.side, patch.bearing.patch.y, patch.result, before))) for patch in last.solved.patches)
-    found = result_of(replace(last.solved, patches=patches), warnings)
-    return replace(found, converged=not failed, reason=reason, history=table,
+    found = result_of(replace(last.solved, patches=patches), tuple(warnings))
+    return replace(found, converged=not reason, reason=reason, history=table,
                    uncertainty={**found.uncertainty, **{name: float(error[-1]) for name, error in errors.items()}},
                    work={**found.work, "steps": len(rows) - 1, "applications": sum(row.applications for row in rows.values())})
 
 
 def _errors_of_patch(side: SideName, y: float, result: Result, before: _Solved | None) -> dict[str, float]:
     """Errors of the scalars of a patch at the last row, from the patch there on the coarser grid; nan without one."""
-    mine = [] if before is None else [patch for patch in before.solved.patches
-                                      if patch.side == side and abs(patch.bearing.patch.y - y) < SAME_PATCH]
-    scalars = result.coupled.scalars
-    other = mine[0].result.coupled.scalars if mine else dict.fromkeys(scalars, math.nan)
+    mine = [patch for patch in before.solved.patches if patch.side == side] if before else []
+    near, scalars = same_patch(mine, y, lambda patch: patch.bearing.patch.y), result.coupled.scalars
+    other = near.result.coupled.scalars if near else dict.fromkeys(scalars, math.nan)
     return {name: SAFETY * abs(value - other[name]) + FLOOR * error_scale(name, result.numbers)
             for name, value in scalars.items()}

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.physics.numerics.roots import RisingRoot
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.tools.arrays import Array
+
+Found = TypeVar("Found")
 
 SAME_PATCH = 4e-3
 """Patches of two positions are the same if they lie closer than this (m) on the rail: they are tracked by place, since their
@@ -150,16 +153,17 @@ class WheelOnRail:
         return np.asarray(1.0 / (math.pi * self.contact_modulus * away))
 
 
+def same_patch(patches: Iterable[Found], y: float, place: Callable[[Found], float]) -> Found | None:
+    """The nearest of the `patches` to y (m) on their rail, by the `place` of each, if it is the same one."""
+    near = min(patches, key=lambda each: abs(place(each) - y), default=None)
+    return None if near is None or abs(place(near) - y) >= SAME_PATCH else near
+
+
 def _known(patch: PatchSurface, solved: Sequence[Bearing]) -> tuple[float, float]:
     """Vertical force over the load, and approach over that of the coarse grid, of the bearing nearest to a patch; without one
     near it, as without friction."""
-    def away(bearing: Bearing) -> float:
-        return abs(bearing.patch.y - patch.y)
-
-    near = min(solved, key=away, default=None)
-    if near is None or away(near) >= SAME_PATCH:
-        return math.cos(patch.angle), 1.0
-    return near.vertical, near.over_coarse
+    near = same_patch(solved, patch.y, lambda bearing: bearing.patch.y)
+    return (math.cos(patch.angle), 1.0) if near is None else (near.vertical, near.over_coarse)
 
 
 Placed = tuple[WheelOnRail, Facing, Sequence[Bearing]]

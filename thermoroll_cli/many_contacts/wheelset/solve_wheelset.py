@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
-from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, DEEPEST, SAME_PATCH, Bearing, NoHeight
+from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, DEEPEST, SAME_PATCH, Bearing, NoHeight, same_patch
 from thermoroll_cli.many_contacts.wheelset.patch_problem import (
     SolvedPatch,
     estimated_friction,
@@ -110,8 +110,8 @@ class SteadySolvers:
 
     def _near(self, side: SideName, place: float, *, rough: bool) -> Solver:
         known = self._known.setdefault((rough, side), [])
-        near = min(known, key=lambda entry: abs(entry[0] - place), default=None)
-        if near is None or abs(near[0] - place) >= SAME_PATCH:
+        near = same_patch(known, place, lambda entry: entry[0])
+        if near is None:
             near = place, Solver(self._threads)
             if not rough and self._known.get((True, side)):
                 near[1].last = self._near(side, place, rough=True).last

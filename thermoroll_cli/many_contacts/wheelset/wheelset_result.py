@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.first_contact import roll_of, touching, wheelset_warnings
-from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, SAME_PATCH, STIFFENING
+from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, STIFFENING, same_patch
 from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import patches_of
 from thermoroll_cli.many_contacts.wheelset.solve_wheelset import FINE, ROUGH, Report, SolvedWheelset, SteadySolvers, balanced
@@ -137,7 +137,7 @@ def _doubts(solved: SolvedWheelset) -> Iterator[str]:
         facing = facing.lowered(standing.height - facing.position.z)
         solved_at = [patch.bearing.patch.y for patch in solved.patches if patch.side == side]
         for patch in patches_of(facing, curved=problem.curved, shares=shares):
-            if min((abs(patch.y - y) for y in solved_at), default=math.inf) > SAME_PATCH and not patch.faces:
+            if same_patch(solved_at, patch.y, float) is None and not patch.faces:
                 yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
                        "end of a profile, where no normal meets both surfaces: this contact is left out")
     if solved.left > ROUGH:
