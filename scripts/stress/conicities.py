@@ -97,15 +97,11 @@ def by_integration(shifts: np.ndarray, difference: np.ndarray, amplitude: float,
     dr = np.interp(y, shifts, difference)
     level = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(y) * (dr[1:] + dr[:-1]))))
     bottom = int(np.argmin(level))
-    spans = []
-    for k in range(bottom, -1, -1):     # the first place on the right at least as high as all of the left side so far
-        if level[k] < level[k : bottom + 1].max():
-            continue
-        right = np.flatnonzero(level[bottom:] > level[k])
-        if not len(right):
-            break
-        spans.append((k, bottom + int(right[0]) - 1))
-    k, end = next((k, end) for k, end in spans if y[end] - y[k] >= 2.0 * amplitude)
+    # Places on the left at least as high as all between them and the bottom, and the last ones on the right that are no higher.
+    left, right = level[: bottom + 1][::-1], np.maximum.accumulate(level[bottom:])
+    turns = bottom - np.flatnonzero(left >= np.maximum.accumulate(left))
+    ends = bottom + np.searchsorted(right, level[turns], side="right") - 1
+    k, end = next((k, end) for k, end in zip(turns, ends, strict=True) if end + 1 < len(y) and y[end] - y[k] >= 2.0 * amplitude)
     inside = level[k] - level[k + 1 : end]
     # x = ∫ dy/√(2 (E − S)/(e r₀)); the steps at the turning points by their slope.
     whole = float((np.diff(y)[0] / np.sqrt(2.0 * np.maximum(inside, 1e-30) / product)).sum())

@@ -94,7 +94,7 @@ def test_what_came_from_outside_does_not_steer_a_terminal(tmp_path: Path) -> Non
     """Names of files and words on a command line may hold escape sequences, here one that changes a window's title."""
     name, replaced = "a\x1b]0;title\x07", "a\N{REPLACEMENT CHARACTER}]0;title\N{REPLACEMENT CHARACTER}"
     (tmp_path / f"{name}.toml").write_text(MECHANICAL)
-    shown = on_terminal(["run", f"{name}.toml"], tmp_path)
+    shown = on_terminal(["run", f"{name}.toml", "--no-plots"], tmp_path)
     assert f"results/{replaced}.h5" in shown
     assert "\x1b[2K" in shown and "\x1b]0" not in shown and "\x07" not in shown
     result = f"results/{name}.h5"
@@ -123,11 +123,12 @@ def test_colour_and_progress_on_terminals_only_and_never_with_no_color(tmp_path:
 
 
 def test_completion_is_offered() -> None:
-    for words, offered in (("va", "validate"), ("table q", "query"), ("init --example man", "manchester"),
-                           ("run --set load.n", "load.normal_N=\nload.normal_N_mm=")):
-        done = thermoroll(env={"_THERMOROLL_COMPLETE": "complete_bash", "COMP_WORDS": f"thermoroll {words}",
-                               "COMP_CWORD": str(len(words.split()))})
-        assert done.stdout.strip() == offered
+    for run, words, offered in ((thermoroll, "va", "validate"), (call, "table q", "query"),
+                                (call, "init --example man", "manchester"),
+                                (call, "run --set load.n", "load.normal_N=\nload.normal_N_mm=")):
+        with mock.patch.dict(os.environ, {"_THERMOROLL_COMPLETE": "complete_bash", "COMP_WORDS": f"thermoroll {words}",
+                                          "COMP_CWORD": str(len(words.split()))}):
+            assert run().stdout.strip() == offered
 
 
 def test_a_bug_is_told_as_such(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

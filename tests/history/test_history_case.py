@@ -17,7 +17,7 @@ import pytest
 import tomli_w
 
 from scripts.stress.courses import random_course
-from tests.support.command_line import call, thermoroll
+from tests.support.command_line import call
 from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
@@ -86,7 +86,7 @@ def test_few_steps_of_rolling_are_a_warning() -> None:
 
 def test_files_and_json(tmp_path: Path) -> None:
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball()).to_toml())
-    done = thermoroll("run", "ball.toml", "-o", "out", "--json", "--plots", "summary", cwd=tmp_path)
+    done = call("run", "ball.toml", "-o", "out", "--json", "--plots", "summary", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     with (tmp_path / "out" / "ball_history.csv").open() as file:
@@ -245,7 +245,7 @@ def test_a_fit_to_a_record_over_time() -> None:
 
 
 def test_an_interruption_keeps_the_rows_and_resume_goes_on(tmp_path: Path) -> None:
-    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 60})).to_toml())
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 30})).to_toml())
     with subprocess.Popen([sys.executable, "-m", "thermoroll_cli", "run", "ball.toml", "-o", ".", "-v", "--no-plots"],
                           cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
         assert running.stderr is not None
@@ -256,7 +256,7 @@ def test_an_interruption_keeps_the_rows_and_resume_goes_on(tmp_path: Path) -> No
         rest = running.stderr.read()
     assert running.returncode == 130 and "rows up to here" in rest and "--resume goes on" in rest
     rows = read_table(tmp_path / "ball_history.csv")
-    assert 1 <= rows.count < 60 and "uncertainty.force_x_N" in rows and not (tmp_path / "ball.h5").exists()
+    assert 1 <= rows.count < 30 and "uncertainty.force_x_N" in rows and not (tmp_path / "ball.h5").exists()
     again = "run", tmp_path / "ball.toml", "-o", tmp_path, "--no-plots", "--resume"
     other = call(*again, "--set", "load.friction_coefficient=0.3")
     assert other.returncode == 5 and "ball_history.jsonl: of another history" in other.stderr

@@ -82,8 +82,8 @@ def imports(path: Path, *, top_level: bool = False) -> tuple[str, ...]:
 def _statements(body: list[ast.stmt], *, executed: bool) -> Iterator[ast.AST]:
     """All statements, or those that are `executed` when the file is imported."""
     for node in body:
-        typing_only = isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
-        if executed and (typing_only or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)):
+        typing_only = executed and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        if typing_only or (executed and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)):
             continue
         yield node
         for part in ("body", "orelse", "finalbody", "handlers", "cases"):

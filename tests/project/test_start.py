@@ -23,7 +23,8 @@ def test_commands_load_no_library_that_they_do_not_need(tmp_path: Path) -> None:
     run = ["run", "case.toml", "-q"]
     heavy = ("matplotlib", "scipy.ndimage", "scipy.optimize", "scipy.interpolate", "dask")
     program = ("import sys; from thermoroll_cli.cli.main import main\n"
-               f"for words in (['validate', 'case.toml', '-q'], {[*run, '--no-plots']!r}, {run!r}):\n"
+               f"for words in (['validate', 'case.toml', '-q'], {[*run, '--no-plots']!r},\n"
+               f"              {[*run, '--plots', 'summary']!r}):\n"
                f"    print(main(words), *(name for name in {heavy!r} if name in sys.modules))")  # fmt: skip
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines() == ["0", "0", "0 matplotlib scipy.ndimage"]

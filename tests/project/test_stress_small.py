@@ -19,7 +19,7 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.problem import Numerics
 
-CASES, SOLVED = 50, 12
+CASES, SOLVED = 50, 8
 BEYOND = 18
 """A seed beyond the limit that has a steady state all the same."""
 HOT = THERMAL.replace("grid = 16", "grid = 8").replace("speed_m_s = 1.0", "speed_m_s = 2e3")
@@ -50,9 +50,10 @@ def test_a_force_is_excused_where_friction_across_carries_less_alone() -> None:
 
 
 def test_contacts_converge_with_little_work_and_keep_the_invariants(cases: list[StressCase]) -> None:
-    outcomes = [POPULATIONS["contacts"].check(case) for case in cases[:SOLVED] if case.below_limit or case.seed == BEYOND]
+    solved = [*(case for case in cases[:SOLVED] if case.below_limit), cases[BEYOND]]
+    outcomes = [POPULATIONS["contacts"].check(case) for case in solved]
     assert [outcome.broken for outcome in outcomes if outcome.broken] == [] and missed(outcomes) == []
-    assert sum(not outcome.excused for outcome in outcomes) > 9
+    assert sum(not outcome.excused for outcome in outcomes) > 6
 
 
 @pytest.mark.parametrize(("population", "seeds"), [
@@ -76,7 +77,7 @@ def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds
     ("displaced wheelsets", (2,)), ("conicities", (6,)), ("moved rails", (1,)), ("rollers", (3,)),
     ("given approaches", (0, 660167)), ("wear at an approach", (2,)),
     ("files of profiles", tuple(range(30))),  # every format, its headers and spellings
-    ("damaged files of profiles", tuple(range(30))),
+    ("damaged files of profiles", tuple(range(15))),
     ("few rows and ends over time", (102,)),  # profiles, jumps at both ends
     ("line contacts over time", (108,)),
     ("rising friction", (40000115,)),  # elements that slip alone between sticking ones

@@ -291,8 +291,8 @@ def test_stresses_below_the_surface_are_those_of_mcewen() -> None:
 
 def test_shear_and_heat_below_the_surface() -> None:
     """At the surface σ_xz is the traction; lateral tractions make anti-plane shear alone; heat compresses the surface."""
-    request = SubsurfaceRequest(("lower",), lower_strength=Strength(4e8, 0.3))
-    across = solve(replace(at_share(0.5, across=True), subsurface=request))
+    request = SubsurfaceRequest(("lower",), layers=12, lower_strength=Strength(4e8, 0.3))
+    across = solve(replace(at_share(0.5, 64, across=True), subsurface=request))
     plane = across.bodies["lower"].plane
     shear = np.abs(across.fields["shear_y"])
     np.testing.assert_allclose(np.abs(plane["stress_yz"][0]), shear, atol=0.01 * shear.max())

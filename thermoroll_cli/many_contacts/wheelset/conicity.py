@@ -222,34 +222,33 @@ def _contacts(problem: WheelsetProblem, known: dict[Hashable, Touch | None]) -> 
 
 
 def _touch(facing: Facing) -> Touch | None:
-    rail, wheel = facing.outlines
-    gap, y = facing.gap, rail.y
+    gap, y = facing.gap, facing.outlines[0].y
     k = int(np.argmin(gap))
     if k in (0, len(y) - 1):
         return None
     # Heights are chords, whose lowest place is that of a sample. The slopes are equal where the surfaces touch.
-    around = slice(k - 1, k + 2)
-    ours, others = (outline.of(samples[1])[around] / outline.of(samples[0])[around]
+    rail, wheel = (outline.within(slice(k - 1, k + 2)) for outline in facing.outlines)
+    ours, others = (outline.of(samples[1]) / outline.of(samples[0])
                     for outline, samples in ((rail, facing.rail.samples[2:]), (wheel, facing.locus[3:])))
     apart = ours - others
     at = y[k]
     for j in (0, 1):
         if apart[j] < 0.0 <= apart[j + 1]:
             at = y[k - 1 + j] - apart[j] * (y[1] - y[0]) / (apart[j + 1] - apart[j])
-    place = np.interp(at, y[around], wheel.index[around])
+    place = np.interp(at, wheel.y, wheel.index)
     low = min(int(place), facing.wheel.samples.shape[1] - 2)
     own, radius = (row[low] + (place - low) * (row[low + 1] - row[low]) for row in facing.wheel.samples[:2])
-    height = np.interp(at, y[around], rail.z[around])
+    height = np.interp(at, rail.y, rail.z)
     if own < _climbing(facing.wheel):
         return None
     near = np.flatnonzero(np.abs(y - at) <= GAP_REACH)
     fitted = np.polyfit(y[near] - at, gap[near], 2)[0] if np.isfinite(gap[near]).all() and len(near) > 3 else math.nan
-    slope = float(np.interp(at, y[around], ours))
+    slope = float(np.interp(at, rail.y, ours))
     cosine = 1.0 / math.hypot(1.0, slope)
     # Heights become distances along the normal, and y lengths along the surface.
     return Touch(float(at), float(height), float(own), float(radius), math.atan(slope), float(2.0 * fitted) * cosine**3,
                  *(float(np.interp(index, np.arange(len(rows)), rows)) for index, rows in (
-                     (np.interp(at, y[around], rail.index[around]), curve(facing.rail.profile).samples[0]),
+                     (np.interp(at, rail.y, rail.index), curve(facing.rail.profile).samples[0]),
                      (place, curve(facing.wheel.profile).samples[0]))))
 
 

@@ -116,6 +116,9 @@ class Outline:
     z: Array
     index: Array
 
+    def within(self, part: slice) -> Outline:
+        return Outline(self.y[part], self.z[part], self.index[part])
+
     def of(self, values: Array) -> Array:
         """`values` of the samples at the places of the outline, interpolated within their branch."""
         filled = np.nan_to_num(self.index)
@@ -131,7 +134,7 @@ def outline(y: Array, z: Array, at: Array, *, lowest: bool) -> Outline:
     direction = np.where(np.isnan(steps), 2, np.sign(steps)).astype(int)
     # Samples at the same y, as both of a knot, continue the branch before them.
     moving = np.flatnonzero(direction)
-    direction = direction[moving[np.maximum(np.searchsorted(moving, np.arange(len(steps)), "right") - 1, 0)]]
+    direction = direction[moving[np.maximum(np.cumsum(direction != 0) - 1, 0)]]
     bounds = np.concatenate(([0], np.flatnonzero(np.diff(direction)) + 1, [len(steps)]))
     first, behind = np.searchsorted(at, y[bounds]), np.searchsorted(at, y[bounds], "right")
     seen, number = np.full(len(at), np.nan), np.full(len(at), np.nan)
