@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -63,25 +62,30 @@ def solve_wheelset(problem: WheelsetProblem, *, threads: int = 1, report: Report
 
 def result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> Result:
     """The result of a solved wheelset; not converged where it is not in balance, or where a patch is not."""
-    shared = _shared_errors(solved)
-    contacts = {side: tuple(_contacts(solved, shared, side)) for side in solved.problem.sides}
+    problem, shared = solved.problem, _shared_errors(solved)
+    contacts = {side: tuple(_contacts(solved, shared, side)) for side in problem.sides}
     patches = tuple(patch for mine in contacts.values() for patch in mine)
-    summed = _Whole(solved, shared, contacts)
-    reasons = [solved.reason] if solved.reason else [*summed.unbalanced]
+    scalars, errors = _scalars(solved, shared, contacts)
+    reasons = [solved.reason] if solved.reason else []
+    share, places = (0.5, [f"{side}_" for side in problem.sides]) if problem.finds_roll else (1.0, [""])
+    for place in places if problem.vertical is not None and not reasons else ():
+        assert problem.vertical is not None
+        force, wanted = scalars[f"track_force_z_{place}N"], share * problem.vertical
+        if abs(force - wanted) > max(LARGEST_FORCE_ERROR, solved.left) * wanted:
+            where = f"{place.rstrip('_')} rail carries" if place else "rails carry"
+            reasons.append(f"the {where} {force:.6g} N, not {wanted:.6g} N: no height gives this force, which jumps there")
     reasons += [f"patch {patch.name}: {patch.reason}" for patch in patches if not patch.converged]
-    scalars = summed.scalars
-    sliding = sum(patch.problem.traction_limit for patch in patches) * solved.problem.motion.speed
+    sliding = sum(patch.problem.traction_limit for patch in patches) * problem.motion.speed
     # Patches have checked their own balance; together they err by what the angular velocity leaves unbalanced, too.
-    own = summed.together["Q_F_W"][1] or 0.0 if "Q_F_W" in summed.together else 0.0
-    unbalanced = FINE * sliding if solved.problem.finds_speed else 0.0
-    allowed = LARGEST_POWER_ERROR * max(scalars["Q_F_W"], ROLLING * sliding) + own + unbalanced
+    unbalanced = FINE * sliding if problem.finds_speed else 0.0
+    allowed = LARGEST_POWER_ERROR * max(scalars["Q_F_W"], ROLLING * sliding) + errors.get("Q_F_W", 0.0) + unbalanced
     if scalars["power_balance_error"] * scalars["Q_F_W"] > allowed:
         reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
     of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches for warning in patch.warnings)
     state = State({}, scalars, np.zeros(0), np.zeros(0))
     return Result(
-        problem=solved.problem.contact, coupled=state, isothermal=state, of_problem={}, converged=not reasons,
-        reason="; ".join(reasons), uncertainty=summed.errors,
+        problem=problem.contact, coupled=state, isothermal=state, of_problem={}, converged=not reasons,
+        reason="; ".join(reasons), uncertainty=errors,
         work={"grid": next((patch.work["grid"] for patch in patches), []), "rounds": solved.rounds},
         patches=patches, assembly="wheelset",
         warnings=(*warnings, *_doubts(solved), *of_patches), lines=_outlines(solved))
@@ -180,120 +184,74 @@ def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:
     return record | {"status": result.status, "uncertainty": errors}
 
 
-@dataclass(frozen=True)
-class _Whole:
-    """Scalars of a whole wheelset and their errors, from its `contacts` by side."""
-
-    solved: SolvedWheelset
-    shared: SharedErrors
-    contacts: Mapping[SideName, Sequence[Result]]
-
-    def forces(self, side: SideName) -> Array:
-        """Force on a rail in N, in track axes."""
-        mirror = np.array([1.0, sign_of(side), 1.0])
-        return sum((mirror * patch.force for patch in self.solved.patches if patch.side == side), np.zeros(3))
-
-    @cached_property
-    def scalars(self) -> dict[str, float]:
-        solved = self.solved
-        sides = solved.problem.sides
-        scalars = {"height_mm": 1e3 * solved.standing.height, "roll_mrad": 1e3 * solved.standing.roll,
-                   "angular_velocity_rad_s": -solved.angular_velocity}
-        for side in SIDES:
-            force = self.forces(side) if side in sides else np.full(3, math.nan)
-            scalars |= {f"track_force_{axis}_{side}_N": float(f) for axis, f in zip(FORCES, force, strict=True)}
-            scalars[f"lateral_over_vertical_{side}"] = float(force[1] / force[2]) if force[2] else math.nan
-            scalars[f"rolling_radius_{side}_mm"] = 1e3 * self.rolling_radius(side)
-        total = np.sum([self.forces(side) for side in sides], axis=0)
-        scalars |= {f"track_force_{axis}_N": float(f) for axis, f in zip(FORCES, total, strict=True)}
-        scalars["rolling_radius_difference_mm"] = scalars["rolling_radius_right_mm"] - scalars["rolling_radius_left_mm"]
-        scalars |= {"Q_F_W": 0.0, "T_gamma_N": 0.0, "pressure_max_MPa": math.nan}
-        scalars |= {name: value for name, (value, _) in self.together.items()}
-        scalars["temperature_rise_max_K"] = max((scalars[f"temperature_rise_max_{body}_K"] for body in BODIES
-                                                 if f"temperature_rise_max_{body}_K" in scalars), default=math.nan)
-        if any("work_J" in patch.result.coupled.scalars for patch in self.solved.patches):
-            # Over time a part of the power is stored.
-            return scalars | {"power_balance_error": math.nan}
-        heat, power = scalars["Q_F_W"], sum(patch.power for patch in self.solved.patches)
-        return scalars | {"power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0}
-
-    @cached_property
-    def together(self) -> dict[str, Together]:
-        """Scalars that all patches have together, and sums over those of each wheel."""
-        summaries = {side: [patch.summary() for patch in mine] for side, mine in self.contacts.items()}
-        everyone = [summary for mine in summaries.values() for summary in mine]
-        found = {"approach_max_um": _together("approach_um", max, everyone)}
-        for name, scalar in TOGETHER.items():
-            assert scalar.together is not None
-            found[name] = _together(name, scalar.together, everyone)
-            if scalar.together is math.fsum:
-                found |= {of_side(name, side): _together(name, math.fsum, mine) for side, mine in summaries.items()}
-        return {name: pair for name, pair in found.items() if not math.isnan(pair[0])}
-
-    def rolling_radius(self, side: SideName) -> float:
-        """Distance of the patch with the largest load from the axle in m, nan without one."""
-        largest = self.largest(side)
-        return math.nan if largest is None else largest.rolling_radius
-
-    def largest(self, side: SideName) -> SolvedPatch | None:
-        """The patch with the largest load of a side."""
-        mine = (patch for patch in self.solved.patches if patch.side == side)
-        return max(mine, key=lambda patch: patch.bearing.load, default=None)
-
-    @property
-    def unbalanced(self) -> Iterator[str]:
-        """Which given vertical forces the rails do not carry: where a force jumps over the height, none has that value."""
-        problem, scalars = self.solved.problem, self.scalars
-        if problem.vertical is None:
-            return
-        share = 0.5 if problem.finds_roll else 1.0
-        for place in ([f"{side}_" for side in problem.sides] if problem.finds_roll else [""]):
-            force, wanted = scalars[f"track_force_z_{place}N"], share * problem.vertical
-            if abs(force - wanted) > max(LARGEST_FORCE_ERROR, self.solved.left) * wanted:
-                where = f"{place.rstrip('_')} rail carries" if place else "rails carry"
-                yield f"the {where} {force:.6g} N, not {wanted:.6g} N: no height gives this force, which jumps there"
-
-    @property
-    def force_errors(self) -> dict[str, float]:
-        """Errors of the forces on the rails in N. A vertical force that is given has none."""
-        problem = self.solved.problem
-        of_patches = [(patch.side, patch.force_errors(load))
-                      for patch, load in zip(self.solved.patches, self.shared.loads, strict=True)]
-        of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3))
-                    for side in problem.sides}  # fmt: skip
-        errors = of_sides | {"": sum(of_sides.values(), np.zeros(3))}
-        # Wheels at a given roll share the vertical force.
-        shared = len(problem.wheels) > 1 and not problem.finds_roll
-        given = set() if problem.vertical is None else {""} if shared else set(errors)
-        return {f"track_force_{axis}{side}_N": float(error) for side, of_axes in errors.items()
-                for axis, error in zip(FORCES, of_axes, strict=True) if not (axis == "z" and side in given)}
-
-    @property
-    def errors(self) -> dict[str, float]:
-        """Errors of the scalars in their units. What is given, or not there, has none."""
-        solved, scalars = self.solved, self.scalars
-        if not self.solved.patches:
-            return {}
-        errors = self.force_errors
-        if solved.problem.vertical is not None:
-            errors["height_mm"] = 1e3 * self.shared.height
-        if solved.problem.finds_roll:
-            errors["roll_mrad"] = 1e3 * self.shared.roll
-        radii = {side: largest.rolling_radius_error for side in solved.problem.sides if (largest := self.largest(side))}
-        errors |= {f"rolling_radius_{side}_mm": 1e3 * error for side, error in radii.items()}
-        if len(radii) == len(SIDES):
-            errors["rolling_radius_difference_mm"] = 1e3 * sum(radii.values())
-        if solved.problem.finds_speed:
-            errors["angular_velocity_rad_s"] = self.shared.velocity * abs(scalars["angular_velocity_rad_s"])
-        for side in solved.problem.sides:
-            lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
-            ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
-            errors[f"lateral_over_vertical_{side}"] = (
-                float(passed_on([lateral, vertical], [1.0, ratio])) / carried if carried else math.nan)
-        errors |= {name: error for name, (_, error) in self.together.items()}
-        rises = [self.together[name][1] for name in (f"temperature_rise_max_{body}_K" for body in BODIES)
-                 if name in self.together]
-        return errors | {"temperature_rise_max_K": max(rises, default=math.nan)}
+def _scalars(
+    solved: SolvedWheelset, shared: SharedErrors, contacts: Mapping[SideName, Sequence[Result]]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Scalars of the whole wheelset and their errors, from its `contacts` by side; forces are in track axes. What is given, or
+    not there, has no error."""
+    problem, sides = solved.problem, solved.problem.sides
+    scalars = {"height_mm": 1e3 * solved.standing.height, "roll_mrad": 1e3 * solved.standing.roll,
+               "angular_velocity_rad_s": -solved.angular_velocity}
+    forces, largest = dict[SideName, Array](), dict[SideName, SolvedPatch]()
+    for side in SIDES:
+        mine, mirror = [patch for patch in solved.patches if patch.side == side], np.array([1.0, sign_of(side), 1.0])
+        force = sum((mirror * patch.force for patch in mine), np.zeros(3)) if side in sides else np.full(3, math.nan)
+        if side in sides:
+            forces[side] = force
+        if mine:
+            largest[side] = max(mine, key=lambda patch: patch.bearing.load)
+        scalars |= {f"track_force_{axis}_{side}_N": float(f) for axis, f in zip(FORCES, force, strict=True)}
+        scalars[f"lateral_over_vertical_{side}"] = float(force[1] / force[2]) if force[2] else math.nan
+        scalars[f"rolling_radius_{side}_mm"] = 1e3 * (largest[side].rolling_radius if mine else math.nan)
+    total = np.sum(list(forces.values()), axis=0)
+    scalars |= {f"track_force_{axis}_N": float(f) for axis, f in zip(FORCES, total, strict=True)}
+    scalars["rolling_radius_difference_mm"] = scalars["rolling_radius_right_mm"] - scalars["rolling_radius_left_mm"]
+    scalars |= {"Q_F_W": 0.0, "T_gamma_N": 0.0, "pressure_max_MPa": math.nan}
+    # What all patches have together, and sums over those of each wheel.
+    summaries = {side: [patch.summary() for patch in mine] for side, mine in contacts.items()}
+    everyone = [summary for mine in summaries.values() for summary in mine]
+    found = {"approach_max_um": _together("approach_um", max, everyone)}
+    for name, scalar in TOGETHER.items():
+        assert scalar.together is not None
+        found[name] = _together(name, scalar.together, everyone)
+        if scalar.together is math.fsum:
+            found |= {of_side(name, side): _together(name, math.fsum, mine) for side, mine in summaries.items()}
+    together = {name: pair for name, pair in found.items() if not math.isnan(pair[0])}
+    scalars |= {name: value for name, (value, _) in together.items()}
+    rises = [name for name in (f"temperature_rise_max_{body}_K" for body in BODIES) if name in together]
+    scalars["temperature_rise_max_K"] = max((scalars[name] for name in rises), default=math.nan)
+    heat, power = scalars["Q_F_W"], sum(patch.power for patch in solved.patches)
+    # Over time a part of the power is stored.
+    over_time = any("work_J" in patch.result.coupled.scalars for patch in solved.patches)
+    scalars["power_balance_error"] = math.nan if over_time else abs(heat + power) / heat if heat > 0.0 else 0.0
+    if not solved.patches:
+        return scalars, {}
+    of_sides = {f"_{side}": sum((patch.force_errors(load) for patch, load in zip(solved.patches, shared.loads, strict=True)
+                                 if patch.side == side), np.zeros(3)) for side in sides}
+    of_forces = of_sides | {"": sum(of_sides.values(), np.zeros(3))}
+    # A vertical force that is given has no error; wheels at a given roll share it.
+    shared_load = len(problem.wheels) > 1 and not problem.finds_roll
+    given = set() if problem.vertical is None else {""} if shared_load else {*of_forces}
+    errors = {f"track_force_{axis}{side}_N": float(error) for side, of_axes in of_forces.items()
+              for axis, error in zip(FORCES, of_axes, strict=True) if not (axis == "z" and side in given)}
+    if problem.vertical is not None:
+        errors["height_mm"] = 1e3 * shared.height
+    if problem.finds_roll:
+        errors["roll_mrad"] = 1e3 * shared.roll
+    radii = {side: largest[side].rolling_radius_error for side in sides if side in largest}
+    errors |= {f"rolling_radius_{side}_mm": 1e3 * error for side, error in radii.items()}
+    if len(radii) == len(SIDES):
+        errors["rolling_radius_difference_mm"] = 1e3 * sum(radii.values())
+    if problem.finds_speed:
+        errors["angular_velocity_rad_s"] = shared.velocity * abs(scalars["angular_velocity_rad_s"])
+    for side in sides:
+        lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
+        ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
+        errors[f"lateral_over_vertical_{side}"] = (
+            float(passed_on([lateral, vertical], [1.0, ratio])) / carried if carried else math.nan)
+    errors |= {name: error for name, (_, error) in together.items()}
+    errors["temperature_rise_max_K"] = max((together[name][1] for name in rises), default=math.nan)
+    return scalars, errors
 
 
 def _together(name: str, join: Callable[[Iterable[float]], float], summaries: Sequence[Mapping[str, Any]]) -> Together:
