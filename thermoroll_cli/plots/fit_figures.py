@@ -20,12 +20,11 @@ POINTS: dict[str, Any] = {"fmt": "o", "color": "black", "markersize": 3.0, "elin
 
 def fit_figure(
     title: str, places: Array, over: str, measured: Mapping[str, Array], deviations: Mapping[str, Array],
-    computed: Mapping[str, Array], curve: tuple[Array, Mapping[str, Array], Mapping[str, Array]] | None,
-    found: Sequence[str], *, converged: bool = True,
+    computed: Mapping[str, Array], band: Mapping[str, Array], found: Sequence[str], *, converged: bool = True,
 ) -> Figure:
     """For each scalar `measured` (points,) the points at `places`, values of the key `over` ("": their numbers), with their
-    standard `deviations`, the values `computed` there, and the `curve` (places, values, half of the 95 % band); below, what is
-    measured less what is computed. The legend says what was `found`."""
+    standard `deviations`, and the values `computed` there, over a key as a curve with its 95 % `band` (half of it); below, what
+    is measured less what is computed. The legend says what was `found`."""
     with style.applied():
         count = len(measured)
         figure = style.new_figure((style.SINGLE, style.DOUBLE)[count > 1], style.SINGLE)
@@ -34,11 +33,12 @@ def fit_figure(
             above, below = grid[:, column]
             bars = deviations.get(name)
             above.errorbar(places, values, bars, label="measured", **POINTS)
-            if curve is None:
+            if not over:
                 above.plot(places, computed[name], "x", color=style.AFTER, label="computed")
             else:
-                at = np.linspace(curve[0][0], curve[0][-1], 200)  # cubics between the measured places keep what rises rising
-                line, half = (PchipInterpolator(curve[0], part[name])(at) for part in curve[1:])
+                known, first = np.unique(places, return_index=True)
+                at = np.linspace(known[0], known[-1], 200)  # cubics between the measured places keep what rises rising
+                line, half = (PchipInterpolator(known, part[name][first])(at) for part in (computed, band))
                 above.plot(at, line, color=style.AFTER, label="\n".join(found))
                 above.fill_between(at, line - half, line + half, color=style.AFTER, alpha=0.3, linewidth=0.0,
                                    label="95 % band of the curve")

@@ -150,24 +150,13 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Curve:
-    """Computed values over the only varied `key`: at the measured places `at` (n,), by scalar (n,), with half of the 95 %
-    band."""
-
-    key: str
-    at: Array
-    values: Mapping[str, Array]
-    band: Mapping[str, Array]
-
-
-@dataclass(frozen=True)
 class Fit:
     """Outcome of a fit.
 
     - `parameters`: by key; `correlation`: between the fitted numbers, by key and key;
-    - `rms`: of computed less measured values, by scalar, in its unit; `computed`: the computed values, by scalar, (points,);
+    - `rms`: of computed less measured values, by scalar, in its unit; `computed`: the computed values, by scalar, (points,),
+      and `band`: half of their 95 % band, empty without a solution;
     - `case`: the case with the values found; `measured`: the points that count;
-    - `curve`: for pictures, None where not one key alone was varied;
     - `converged`, `reason`, `warnings`, `degrees_of_freedom`; `solved`: the number of solved cases."""
 
     case: Case
@@ -176,7 +165,7 @@ class Fit:
     correlation: Mapping[str, Mapping[str, float]]
     rms: Mapping[str, float]
     computed: Mapping[str, Array]
-    curve: Curve | None
+    band: Mapping[str, Array]
     degrees_of_freedom: int
     reason: str
     warnings: tuple[str, ...]
@@ -216,14 +205,15 @@ class Fit:
 
     def figure(self) -> Figure:
         """The measured points, the curve with its band, and the residuals, as a matplotlib figure."""
-        measured, curve = self.measured, self.curve
-        places = np.arange(1.0, len(measured) + 1.0) if curve is None else measured.varied[curve.key]
+        measured = self.measured
+        varying = [key for key, column in measured.varied.items() if np.ptp(column) > 0.0]
+        over = varying[0] if len(varying) == 1 and self.band else ""
+        places = measured.varied[over] if over else np.arange(1.0, len(measured) + 1.0)
         found = [f"{words_of(key).partition(' (')[0]} {one.value:.4g}"
                  + (f" ± {one.uncertainty_95:.2g} {unit_of(key)}".rstrip() if math.isfinite(one.uncertainty_95) else "")
                  + one.remark for key, one in self.parameters.items()]
-        return fit_figure(self.case.settings.title, places, "" if curve is None else curve.key, measured.values,
-                          measured.deviations, self.computed, None if curve is None else (curve.at, curve.values, curve.band),
-                          found, converged=self.converged)
+        return fit_figure(self.case.settings.title, places, over, measured.values, measured.deviations, self.computed,
+                          self.band, found, converged=self.converged)
 
 
 @dataclass
@@ -449,7 +439,7 @@ def _result(
     computed, errors, _ = model.one(vector)
     residuals = model.residuals(vector)
     parameters = {one.key: Parameter(one.value(number), math.nan) for one, number in zip(free, vector.tolist(), strict=True)}
-    freedom, correlation, curve = residuals.size - len(free), np.full((len(free), len(free)), math.nan), None
+    freedom, correlation, band = residuals.size - len(free), np.full((len(free), len(free)), math.nan), dict[str, Array]()
     notes = list(warnings)
     if not reason:
         try:
@@ -477,7 +467,8 @@ def _result(
             unknown = lost | at_bound | correlated | np.logical_not(half <= widest)
             parameters = {one.key: _parameter(one, number, math.nan if lost else float(width))
                           for one, number, width, lost in zip(free, vector.tolist(), half, unknown, strict=True)}
-            curve = _curve(model, computed, jacobian, covariance, student_t)
+            spread = np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", jacobian, covariance, jacobian), 0.0))
+            band = dict(zip(measured.values, student_t * spread.reshape(computed.shape) / model.weights, strict=True))
         except ArithmeticError as cause:
             reason = str(cause)
     found = {one.key: one.value(number) for one, number in zip(free, vector, strict=True)}
@@ -486,7 +477,7 @@ def _result(
         case=model.case.with_values(found), measured=measured, parameters=parameters,
         correlation={a.key: {b.key: float(correlation[i, j]) for j, b in enumerate(free)} for i, a in enumerate(free)},
         rms={name: float(np.sqrt(np.mean(row**2))) for name, row in zip(measured.values, difference, strict=True)},
-        computed=dict(zip(measured.values, computed, strict=True)), curve=curve, degrees_of_freedom=freedom, reason=reason,
+        computed=dict(zip(measured.values, computed, strict=True)), band=band, degrees_of_freedom=freedom, reason=reason,
         warnings=tuple(notes), solved=model.solved)
 
 
@@ -536,15 +527,3 @@ def _undetermined(
             notes.append(f"the data do not tell {free[i].key} from {free[j].key}: their correlation is "
                          f"{correlation[i, j]:.3f}; measure at other values of what was varied, or fix one of them")
     return notes
-
-
-def _curve(model: _Model, computed: Array, jacobian: Array, covariance: Array, student_t: float) -> Curve | None:
-    """Computed values over the only varied key, with their band: those at the measured points, each place once."""
-    varying = [key for key, column in model.measured.varied.items() if np.ptp(column) > 0.0]
-    if len(varying) != 1:
-        return None
-    at, first = np.unique(model.measured.varied[varying[0]], return_index=True)
-    spread = np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", jacobian, covariance, jacobian), 0.0))
-    band = student_t * spread.reshape(computed.shape) / model.weights
-    curves = [dict(zip(model.measured.values, part[:, first], strict=True)) for part in (computed, band)]
-    return Curve(varying[0], at, *curves)
