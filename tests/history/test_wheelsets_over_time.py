@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from thermoroll_cli import Case, CaseError, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 
+CASES = Path(__file__).parents[2] / "cases"
 RADIUS = 100.0
 Y = np.linspace(-30.0, 30.0, 241)
 CROWN = [[float(y), float(RADIUS - math.sqrt(RADIUS**2 - y**2))] for y in Y]
@@ -96,6 +98,34 @@ def test_the_velocity_is_that_of_the_path() -> None:
                    "track_force_y_N")
     still = column(wheel(history=keys, wheelset={"yaw_mrad": 2.0}), "track_force_y_N")
     assert abs(moved[0]) < 0.01 * abs(still[0])
+
+
+def test_a_patch_that_wanders_across_the_rail() -> None:
+    """A domain of all rows reaches beyond the ends that the patch's surfaces have at one of them. Each row is far from the one
+    before, and the steady state of its place."""
+    case = json.loads(Case.read(CASES / "manchester.toml").to_json())
+    case |= {"thermal": {"heat": False}, "numerics": {"grid": 12}}
+    wheelset = case["wheelset"] | {"wheels": "left", "yaw_mrad": 0.0, "vertical_N": 10e3, "angular_velocity_rad_s": 4.35}
+    path = {"distance_mm": [0.0, 1e4], "steps": 2, "values": {"wheelset.lateral_shift_mm": [1.5, 0.0]}}
+    over_time = solve(case | {"wheelset": wheelset, "history": path})
+    assert over_time.converged and over_time.history is not None
+    middle = solve(case | {"wheelset": wheelset | {"lateral_shift_mm": 0.75, "lateral_velocity_mm_s": -0.3}})
+    for name in ("track_force_x_N", "track_force_y_N"):
+        assert over_time.history[name][1] == pytest.approx(middle[name], abs=100.0)
+
+
+def test_rows_beyond_friction_have_a_reason_and_spoil_no_other(tmp_path: Path) -> None:
+    """Friction carries 95 N: of 0 to 120 N in five rows the last one is too much."""
+    free = {"height_mm": None, "vertical_N": 237.0, "angular_velocity_rad_s": None}
+    history = {"begin": "steady", "steps": 4, "values": {"wheelset.traction_N": [0.0, 120.0]}}
+    (tmp_path / "pulls.toml").write_text(tomli_w.dumps(wheel(wheelset=free, history=history)))
+    ended = call("run", tmp_path / "pulls.toml", "-o", tmp_path, "--no-plots")
+    assert ended.returncode == 4 and "1 of 5 rows were not solved, the first one at 0.01 s" in ended.stdout
+    table = read_table(tmp_path / "pulls_history.csv")
+    assert list(table["status"]) == ["converged"] * 4 + ["not_converged"]
+    assert "friction carries" in table["reason"][-1]
+    errors = np.array(table["uncertainty.track_force_x_N"])
+    assert (errors[:-1] < 5.0).all() and np.isnan(errors[-1])
 
 
 def test_a_file_goes_on_where_it_ended(tmp_path: Path) -> None:

@@ -358,13 +358,16 @@ def _result(
     columns = {name: np.array([result.coupled.scalars.get(name, math.nan) for result in results]) for name in names}
     largest = {name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}
     errors: dict[str, Array] = {}
+    # What was not solved has no error, and says nothing about that of other rows.
+    done = np.array([result.converged for result in results])
+    solved = done & [place in coarser and coarser[place].result.converged for place in places.tolist()]
     for name, column in columns.items() if coarser else ():
         left = np.array([result.uncertainty.get(name, math.nan) for result in results])
         other = np.array([coarser[place].result.coupled.scalars.get(name, math.nan) for place in places.tolist()])
-        known = ~np.isnan(column - other)
+        known = ~np.isnan(column - other) & solved
         if known.any() and not np.isnan(left).all():
             error = SAFETY * over_rows(places, places[known], np.abs(column - other)[known])
-            errors[name] = np.where(np.isnan(column), math.nan,
+            errors[name] = np.where(np.isnan(column) | ~done, math.nan,
                                     error + np.nan_to_num(left) + FLOOR * error_scale(name, largest))
     table, reason = table_of(history, [*rows.values()], [result.reason for result in results], columns, errors)
     last = rows[places.tolist()[-1]]

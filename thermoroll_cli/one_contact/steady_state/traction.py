@@ -311,7 +311,9 @@ class TractionSolver:
         """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, with `MARGIN` more rows at either
         end: (nx+4, ny)."""
         grid = self.grid
-        closing = -derived.problem.geometry.gap(grid.rows_with(MARGIN), grid.y)
+        gap = derived.problem.geometry.gap(grid.rows_with(MARGIN), grid.y)
+        # A domain of all positions of a patch may reach beyond its surfaces at one of them.
+        closing = -np.where(np.isinf(gap), 0.0, gap)
         if normal.offset is not None:
             # Rows beyond the domain only matter on the coarsest grids.
             closing += np.pad(normal.offset, ((MARGIN, MARGIN), (0, 0)), mode="reflect", reflect_type="odd")
