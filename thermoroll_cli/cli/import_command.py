@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
@@ -22,8 +21,7 @@ from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.atomic import write_bytes
 
 
-@dataclass(frozen=True)
-class Imported:
+class Imported(NamedTuple):
     """A case of CONTACT by its `number`: the case here with the axes of its forces, or the reason why there is none; and
     what it is `without`."""
 

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import jinja2
 import typer
@@ -66,8 +66,7 @@ Draw = Callable[[Path, tuple[str, ...]], object]
 """Writes pictures in these formats into a folder."""
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(NamedTuple):
     """Cells of text. Columns `values` are never broken; columns `names` are for those who write programs."""
 
     rows: Sequence[Sequence[str]]
@@ -77,8 +76,7 @@ class Table:
     names: Sequence[int] = ()
 
 
-@dataclass(frozen=True)
-class Picture:
+class Picture(NamedTuple):
     """A picture with its content as `address`, `width` mm wide."""
 
     name: str

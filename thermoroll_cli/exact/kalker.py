@@ -21,7 +21,7 @@ spin.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,8 +58,7 @@ TABLE: tuple[Row, ...] = (
 """Kalker's printed table, three digits: a/b, then C11, C22, C23, C33, each for ν = 0, 0.25, 0.5."""
 
 
-@dataclass(frozen=True)
-class CreepageCoefficients:
+class CreepageCoefficients(NamedTuple):
     """Kalker's dimensionless creepage coefficients of one ellipse and Poisson's ratio (C32 = −C23)."""
 
     c11: float
@@ -68,8 +67,7 @@ class CreepageCoefficients:
     c33: float
 
 
-@dataclass(frozen=True)
-class CreepForces:
+class CreepForces(NamedTuple):
     """Creep forces `force_x`, `force_y` (N) and spin moment `moment_z` (N m)."""
 
     force_x: float
@@ -77,8 +75,7 @@ class CreepForces:
     moment_z: float
 
 
-@dataclass(frozen=True)
-class Flexibilities:
+class Flexibilities(NamedTuple):
     """Flexibilities of Kalker's simplified theory (displacement over traction, m/Pa)."""
 
     longitudinal: float

@@ -52,8 +52,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -65,8 +64,7 @@ from thermoroll_cli.exact.hertz import check_positive
 from thermoroll_cli.tools.arrays import Array
 
 
-@dataclass(frozen=True)
-class TemperatureMaximum:
+class TemperatureMaximum(NamedTuple):
     """Maximum `temperature` rise (K) under a source and its position `x` (m) on the line y = 0."""
 
     temperature: float

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -34,8 +34,7 @@ PUBLISHED_CENTRE_PRESSURE = 1.31
 """p(0) over the Hertz peak pressure of the same load in that case."""
 
 
-@dataclass(frozen=True)
-class SpenceContact:
+class SpenceContact(NamedTuple):
     """Frictional indentation by a sphere; dimensionless.
 
     Fields: `stick_ratio` = c/a, `dundurs_beta` = β, `friction` = μ that goes with them, `centre_pressure` = p(0) over

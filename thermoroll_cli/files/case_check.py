@@ -7,8 +7,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
@@ -35,8 +34,7 @@ from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 
 
-@dataclass(frozen=True)
-class Source:
+class Source(NamedTuple):
     """A `key` of a `table` that names a file, which has the `content` of another key; `allowed` if the key does not say it."""
 
     table: type[Table]

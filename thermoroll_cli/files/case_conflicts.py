@@ -7,10 +7,9 @@ import inspect
 import math
 import statistics
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from itertools import chain, pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_bearing import BearingTable, bearing_faults
@@ -46,8 +45,7 @@ LEAST_COEFFICIENT = 1e-12
 """Coefficient of friction below which arithmetic overflows; 0 is none."""
 
 
-@dataclass(frozen=True)
-class Conflict:
+class Conflict(NamedTuple):
     """Keys that do not go together: the message stands at `path` and may refer to `other`."""
 
     path: KeyPath

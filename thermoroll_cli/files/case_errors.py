@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from rich.cells import cell_len
 
@@ -30,8 +31,7 @@ class Span:
     length: int
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """The place of a key, and of its value (as far as it stands on the same line). A table has its header in both."""
 
     key: Span

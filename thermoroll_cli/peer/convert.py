@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import elliprd, elliprf
@@ -56,8 +56,7 @@ class Axes:
         return [self.sign * x, self.sign * y, z]
 
 
-@dataclass(frozen=True)
-class Before:
+class Before(NamedTuple):
     """A case that was written: its `name`, tables and keys (`content`), and `axes`."""
 
     name: str

@@ -4,8 +4,7 @@ temperatures across the track of bodies that bring heat back."""
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -36,8 +35,7 @@ OF_UPPER_BODY = {style.BEFORE: "#56b4e9", style.AFTER: "#e69f00"}
 LIMIT, LIMIT_WITH_YIELD = "friction limit μp", "limit of friction and of the interlayer"
 
 
-@dataclass(frozen=True)
-class Curve:
+class Curve(NamedTuple):
     """One line of a diagram: `values` (SI) at `x` (m)."""
 
     x: Array

@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -56,8 +55,7 @@ LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * style.MM for size in (16.5, 21
 """Room for labels at the left, the colour bar, a line of words above a map, its axis, the title, between maps."""
 
 
-@dataclass(frozen=True)
-class Panel:
+class Panel(NamedTuple):
     """One map: its state and values (SI), its reported maximum, the words above it, and whether its maximum has no limit."""
 
     drawn: DrawnState

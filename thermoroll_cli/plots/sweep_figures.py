@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
@@ -41,8 +40,7 @@ MAXIMUM: dict[str, Any] = {"marker": "v", "markersize": 5.0, "markeredgecolor": 
 THEORY_LOOKS = {"linear": style.DOTTED, "fastsim": (0, (5.0, 1.4, 1.0, 1.4)), "polach": (0, (5.0, 1.4, 1.0, 1.4, 1.0, 1.4))}
 
 
-@dataclass(frozen=True)
-class Line:
+class Line(NamedTuple):
     """The rows of one combination of the further swept quantities, in the order of the first one, and the places of those that
     did not converge."""
 

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.tools.arrays import Array
@@ -73,8 +73,7 @@ class Scalar:
         return max if largest else None
 
 
-@dataclass(frozen=True)
-class Field:
+class Field(NamedTuple):
     """An array that a result holds, with its SI unit. Differences of fields of one `family` are measured by the same scale:
     components of a vector (`_x`, `_y`), and temperatures of both bodies, one of which may stay cold. A field with a `symbol`
     is drawn as it is (`QUANTITIES`)."""

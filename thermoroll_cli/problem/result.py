@@ -9,7 +9,7 @@ import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -77,8 +77,7 @@ class State:
         return f"<State: fields {', '.join(self.fields)}; {len(self.scalars)} scalars>"
 
 
-@dataclass(frozen=True)
-class Peak:
+class Peak(NamedTuple):
     """A largest value and its place `x`, `y`, `z` (SI)."""
 
     value: float = math.nan

@@ -53,8 +53,7 @@ class ResultFileError(OSError):
     """A file is not one of this program, or not a whole one. The message names it and its fault."""
 
 
-@dataclass(frozen=True)
-class Labelled:
+class Labelled(NamedTuple):
     """`values` over `axes`, numbers or texts, with their unit and meaning; `compressed` in a file, for very many."""
 
     axes: tuple[str, ...]

@@ -146,7 +146,7 @@ def _body(stresses: BodyStresses, state: State) -> Node:
                for name, values in stresses.strength.items()}
     peaks = {"stressed": stresses.most_stressed} | ({} if stresses.hottest is None else {"hottest": stresses.hottest})
     return Node(arrays, {"plane_y": float(stresses.plane_y)} | {
-        f"{kind}_{name}": float(value) for kind, peak in peaks.items() for name, value in vars(peak).items()})
+        f"{kind}_{name}": float(value) for kind, peak in peaks.items() for name, value in peak._asdict().items()})
 
 
 # --- reading ---------------------------------------------------------------------------------------------------------

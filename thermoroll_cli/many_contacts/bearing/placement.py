@@ -9,7 +9,7 @@ method with a line search finds its minimum from anywhere. The constants follow 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,8 +28,7 @@ STEEPEST = math.radians(89.0)
 """Largest contact angle of a ball that rolls."""
 
 
-@dataclass(frozen=True)
-class Placement:
+class Placement(NamedTuple):
     """Where all is: `ring`, the displacements of the inner ring (axial from the middle, radial towards ball 1 and across, in m;
     tilts in rad), for each ball the `centre` (n, 2) of a ball from that of its outer groove in m, `loads` (n, 2) in N and
     contact `angles` (n, 2) in rad at the inner and the outer ring; `stiffness` (5, 5) of the ring in N/m, N and N m; `turned`,

@@ -20,7 +20,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -70,8 +70,7 @@ ALIKE = 1e-9
 """Relative difference of loads and angles of balls that are solved as one."""
 
 
-@dataclass(frozen=True)
-class SolvedContact:
+class SolvedContact(NamedTuple):
     """The `result` of a contact at `creepages` (3,); the `force` (N) and the `moment` about the ball's centre (N m) on the
     ball; and both, the moment over D/2, as a `wrench` (6,) over μW in the axes of the contact, e_z, e_x, e_y."""
 

@@ -15,7 +15,7 @@ import pathlib
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,8 +32,7 @@ LAYOUT = 1
 """Raised whenever records change."""
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """A step that is solved: the solver's `state`, the `heat` that it releases (None: none), and its `scalars` and `fields` as
     far as they are reported."""
 

@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,8 +64,7 @@ class Moment(When):
     converged: bool
 
 
-@dataclass(frozen=True)
-class Reached:
+class Reached(NamedTuple):
     """The state at the `end` of a step: displacements `u` (2, nx, ny) in m, slip that drives the tractions (`rigid`, over V),
     `work` and `heat` in J since the start, the total `shift` in m, and the mean factor of `friction` that remembers."""
 

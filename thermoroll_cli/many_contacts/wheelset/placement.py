@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +21,7 @@ LOCUS_SWEEPS = 5
 """Steps of Newton's method to the place where a wheel touches a roller: from that on a straight rail, rounding after four."""
 
 
-@dataclass(frozen=True)
-class Roller:
+class Roller(NamedTuple):
     """The `radius` (m) of a roller, whose axle lies as deep below y = z = 0 of the track, and its angular velocity `turning`
     (rad/s, positive where its top moves backwards)."""
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -265,8 +265,7 @@ def _together(name: str, join: Callable[[Iterable[float]], float], summaries: Se
 # --- errors of height, velocity and loads, from those of the patches -------------------------------------------------
 
 
-@dataclass(frozen=True)
-class SharedErrors:
+class SharedErrors(NamedTuple):
     """Errors of the `height` (m) and, if it is found, of the `roll` (rad), which is that of the heights of both wheels over the
     span; of the `loads` of all patches over themselves, and of the angular `velocity` over itself. 0 of what is given."""
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -70,8 +70,7 @@ ACCEPTED_WITH_HEAT = 2.0
 """The residual accepted for heat, over the variation of the expansion and times the number of elements of the contact: border
 elements flip in pairs, one on either side."""
 
-@dataclass(frozen=True)
-class Convergence:
+class Convergence(NamedTuple):
     """Expected convergence of an iteration, which determines its mixing, the tolerances of its problems, and when it is given
     up."""
 
@@ -112,8 +111,7 @@ UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
 line in `iterate` and a line here."""
 
 
-@dataclass(frozen=True)
-class Learnt:
+class Learnt(NamedTuple):
     """Knowledge about an iteration before it starts: the `residual` that its first tractions are solved for, and `secants` of
     a similar iteration on this grid, over the scales of the unknowns."""
 

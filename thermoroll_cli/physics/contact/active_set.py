@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +20,7 @@ PATIENCE = 8
 """Active sets without fewer changes after which elements are only dropped: two may swap for ever on a symmetric border."""
 
 
-@dataclass(frozen=True)
-class Approach:
+class Approach(NamedTuple):
     """Given in place of a load: the bodies approach each other by `depth` (m), and the load follows."""
 
     depth: float
@@ -40,8 +40,7 @@ def carrying(given: Given, pressure: Array) -> Array:
     return pressure if isinstance(given, Approach) else pressure * (given / float(pressure.sum()))
 
 
-@dataclass(frozen=True)
-class Closed:
+class Closed(NamedTuple):
     """The gap closed on one active set: `pressure` (Pa), its `displacement` (m), the `approach` (m), the rms `error` of the gap
     that remains over the mean elastic displacement `scale` (m), the `iterations` it took."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -198,8 +199,7 @@ class _Box:
         return _Box(factor * self.half_x, low, high, self.centre_x)
 
 
-@dataclass(frozen=True)
-class _Found:
+class _Found(NamedTuple):
     """The coarse solution behind some `scales`."""
 
     scales: ContactScales

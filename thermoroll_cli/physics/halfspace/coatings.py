@@ -95,9 +95,9 @@ class Coatings:
         """k times the compliance of the lower and of the upper body, by the names of `SurfaceCompliance`."""
         k, compliances = np.exp(self._log_wave_numbers), []
         for body in (self.lower, self.upper):
-            top = vars(layered.halfspace_compliance(body.surface.youngs_modulus, body.surface.poisson_ratio))
+            top = layered.halfspace_compliance(body.surface.youngs_modulus, body.surface.poisson_ratio)._asdict()
             own = body.youngs_modulus, body.poisson_ratio
-            more = vars(layered.difference_compliance(body.layers, own, k)) if body.layers else dict.fromkeys(top, 0.0 * k)
+            more = layered.difference_compliance(body.layers, own, k)._asdict() if body.layers else dict.fromkeys(top, 0.0 * k)
             compliances.append({name: part + more[name] for name, part in top.items()})
         return compliances
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import accumulate
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import scipy
@@ -31,8 +31,7 @@ MIRROR = np.diag([1.0, -1.0])
 TableKind = Literal["normal", "shear", "coupling"]
 
 
-@dataclass(frozen=True)
-class SurfaceCompliance:
+class SurfaceCompliance(NamedTuple):
     """k times the surface compliance in 1/Pa at each wave number: u_x = i(tt q + tn p), u_z = tn q + nn p for tractions i q
     along the wave vector and pressure p; `ss` across it."""
 
@@ -69,8 +68,7 @@ class Constants:
         return cls(shear_modulus, displacement, stress, downward, -MIRROR @ downward @ MIRROR)
 
 
-@dataclass(frozen=True)
-class _Reflections:
+class _Reflections(NamedTuple):
     """A layer on the layers below it, at all wave numbers: N at its lower face, `decay` e^{−kh} across it, the `reflection` of
     downward solutions at its lower face (without decay), their `echo` as displacements at its upper face."""
 

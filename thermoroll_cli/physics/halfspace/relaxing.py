@@ -17,7 +17,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -130,8 +131,7 @@ def _upstream(kernel: Kernel, distance: float, columns: int, dx: float, dy: floa
     return 0.25 * dx * dy * total
 
 
-@dataclass(frozen=True)
-class Memory:
+class Memory(NamedTuple):
     """One retardation time of one body, or of both: `length` l (m), and c times the compliances of the body (1/Pa): normal
     1/(πE*), the tangential ones of `ShearCompliance`, and that of the coupling with its sign in `elastic.coupling_constant`."""
 
@@ -194,7 +194,7 @@ class Relaxing:
             for memory in _memories(body, sign, self.speed):
                 before = found.get(memory.length)
                 found[memory.length] = memory if before is None else Memory(memory.length, *(
-                    getattr(before, field.name) + getattr(memory, field.name) for field in fields(memory)[1:]))
+                    one + other for one, other in zip(before[1:], memory[1:], strict=True)))
         return list(found.values())
 
     @property

@@ -60,13 +60,14 @@ def added_by_memory(body: Material, speed: float, k: Array) -> dict[str, AnyArra
     by the names of `SurfaceCompliance`."""
     top, frequency = body.surface, k * speed
     softer = 1.0 / modulus_at(top.relaxation, frequency) - 1.0
-    added = {name: part * softer for name, part in vars(halfspace_compliance(top.youngs_modulus, top.poisson_ratio)).items()}
+    own = halfspace_compliance(top.youngs_modulus, top.poisson_ratio)
+    added = {name: part * softer for name, part in own._asdict().items()}
     if not body.layers:
         return added
     # The equations hold for complex moduli as they are.
     moduli: list[Any] = [layer.youngs_modulus * modulus_at(layer.relaxation, frequency) for layer in body.layers]
     relaxed = [replace(layer, youngs_modulus=modulus) for layer, modulus in zip(body.layers, moduli, strict=True)]
-    at_once, later = (vars(difference_compliance(layers, (body.youngs_modulus, body.poisson_ratio), k))
+    at_once, later = (difference_compliance(layers, (body.youngs_modulus, body.poisson_ratio), k)._asdict()
                       for layers in (body.layers, relaxed))
     return {name: part + later[name] - at_once[name] for name, part in added.items()}
 
@@ -92,7 +93,7 @@ class RelaxingLayers:
     def surface(self) -> dict[str, float]:
         """c₀ of the top material, by name."""
         return {name: float(part) for name, part in
-                vars(halfspace_compliance(self.top.youngs_modulus, self.top.poisson_ratio)).items()}
+                halfspace_compliance(self.top.youngs_modulus, self.top.poisson_ratio)._asdict().items()}
 
     def even(self, layer: Layer) -> dict[str, float]:
         """h m of a layer, in m/Pa, by name."""

@@ -14,10 +14,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -41,8 +40,7 @@ SMALLEST_WEIGHT = 1e-9
 """Share of the expansion that may be left out beyond the last y."""
 
 
-@dataclass(frozen=True)
-class Interval:
+class Interval(NamedTuple):
     """Heat of the ages `newest` to `oldest` in dx²/κ (inf: of all that are older), from a point in the frame that its material
     has left by `drift` (along x and y, in dx) at the newest age, and at the Péclet numbers `peclet`, V dx/κ, before."""
 

@@ -20,6 +20,7 @@ so that elements which the border hardly reaches hardly exchange heat beside an 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,8 +39,7 @@ MOST_APPLICATIONS, RESTART_AFTER = 600, 300
 need up to ten times the usual number; conduction in partial slip at Péclet numbers of thousands needs several hundred."""
 
 
-@dataclass(frozen=True)
-class Before:
+class Before(NamedTuple):
     """What heat before a step over time does at its end: temperature `rises` of the lower and the upper surface in K, and the
     `expansion` of both bodies towards each other in m, all (nx, ny)."""
 

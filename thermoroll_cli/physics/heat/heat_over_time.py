@@ -9,7 +9,8 @@ that begins with the steady state continues the heat of all times before it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,8 +40,7 @@ Kernels = Spectrum | None
 """Spectra of all effects of the heat at one end, in units of the tables; None where it has left the grid."""
 
 
-@dataclass(frozen=True)
-class End:
+class End(NamedTuple):
     """The end of a step: `time` in s, how far the material of the lower and of the upper body has `moved` through the frame in
     m, along x and y, and whether the heat of the step is `constant`."""
 

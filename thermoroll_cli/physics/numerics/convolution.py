@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from scipy.fft import dct, dst, fft, rfft
+from numpy.fft import fft, rfft
 
 from thermoroll_cli.tools.arrays import AnyArray, Array, Spectrum
 from thermoroll_cli.tools.process import safe_point
@@ -253,11 +253,20 @@ def half_plane_symbol(table: Array, padded: tuple[int, int], parity: int = 1) ->
     part = np.swapaxes(table[..., : hy + 1], -2, -1)
     half[..., : part.shape[-2], : n + 1], half[..., : part.shape[-2], -n:] = part[..., n:], part[..., :n]
     if parity > 0:
-        return np.asarray(fft(dct(half, type=1, axis=-2) if hy else half, axis=-1))
+        return np.asarray(fft(real_transform(half, -2) if hy else half, axis=-1))
     half[..., [0, -1], :] = 0.0
     if hy > 1:
-        half[..., 1:-1, :] = dst(half[..., 1:-1, :], type=1, axis=-2)
+        half[..., 1:-1, :] = real_transform(half[..., 1:-1, :], -2, odd=True)
     return np.asarray(-1j * fft(half, axis=-1))
+
+
+def real_transform(field: Array, axis: int, *, odd: bool = False) -> Array:
+    """Cosine transform of type I of a real field along one axis, or with `odd` the sine transform, neither normalised: those of
+    FFTW, since to load `scipy.fft` for them takes as long as a small contact."""
+    pyfftw = fftw()
+    before, after = pyfftw.byte_align(field), pyfftw.empty_aligned(field.shape)
+    pyfftw.FFTW(before, after, (axis,), "FFTW_RODFT00" if odd else "FFTW_REDFT00", ("FFTW_ESTIMATE",)).execute()
+    return np.asarray(after)
 
 
 def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
@@ -268,7 +277,7 @@ def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
     part = quarter[inner]
     if part.size:
         for axis, parity in ((i, parity) for i, parity in enumerate((across, along)) if part.shape[i] > 1 or parity < 0):
-            part = dct(part, type=1, axis=axis) if parity > 0 else dst(part, type=1, axis=axis)
+            part = real_transform(part, axis, odd=parity < 0)
         result[inner] = -part if along < 0 and across < 0 else part
     return result
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +18,7 @@ REPEATED_BELOW = 0.1
 """Gram–Schmidt is repeated if the length of a vector falls below this share (Daniel et al. 1976)."""
 
 
-@dataclass(frozen=True)
-class KrylovSolution:
+class KrylovSolution(NamedTuple):
     """`step` solves the system to relative residual `residual` in `iterations`; `image` is the expensive part of the
     operator applied to `step`, combined from the iterations and therefore free."""
 

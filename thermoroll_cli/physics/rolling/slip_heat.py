@@ -14,7 +14,7 @@ zones of few elements depend on that.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,7 @@ WHOLE_COVER = 0.8
 """Covered fraction above which the last element but one counts as covered."""
 
 
-@dataclass(frozen=True)
-class _Onset:
+class _Onset(NamedTuple):
     """Beginnings of slip zones: `rows`, `columns` of their first elements, (zones, ONSET_ELEMENTS + 1), and the mask `inside`
     of those that belong to the zone. On them root-like slip times μp has the means `weight`, centred at the distance `centre`
     from the border in elements, and changes through an element by `slope` times its mean. `bend` is B of Carter's slip per

@@ -12,7 +12,7 @@ point joins the basis, and the basis is solved exactly, dropping points whose λ
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,7 @@ REGULARISATION = 1e-13
 the direction in which the dual grows without bound, until the first λ vanishes."""
 
 
-@dataclass(frozen=True)
-class Balls:
+class Balls(NamedTuple):
     """Centres (B, d), squared radii (B,) and the basis of each ball: indices (B, d + 2) with their multipliers λ."""
 
     centres: Array

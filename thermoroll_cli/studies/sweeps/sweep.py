@@ -12,7 +12,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_errors import CaseError
@@ -42,8 +42,7 @@ MANY = 2000
 """Points whose checking takes long enough to be mentioned, and whose table is not written on an interruption."""
 
 
-@dataclass(frozen=True)
-class Pending:
+class Pending(NamedTuple):
     """A point that is to be solved: its number, the key of its record, and the name of its file (empty: none)."""
 
     number: int
