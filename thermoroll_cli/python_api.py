@@ -1,30 +1,20 @@
-"""Solve cases and problems of every kind: what notebooks, sweeps and the command line call. A kind is a line of `KINDS`."""
+"""Solve cases and problems of every kind: what notebooks, sweeps and the command line call. `kind_of` has the kinds."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
-from thermoroll_cli.many_contacts.bearing.bearing_result import BearingPlan, BearingSolver, bearing_warnings
-from thermoroll_cli.many_contacts.bearing.bearing_result import facts_of as facts_of_bearing
-from thermoroll_cli.many_contacts.bearing.bearing_result import plan_of as plan_of_bearing
-from thermoroll_cli.many_contacts.history.course import History
-from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan, plan_of, warnings_of
-from thermoroll_cli.many_contacts.history.solve import HistorySolver
-from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistory, WheelsetHistorySolver, warnings_over_time
-from thermoroll_cli.many_contacts.wheelset.conicity import Conicity, conicity_of
-from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, wheelset_warnings
+from thermoroll_cli.many_contacts.history.course import History, WheelsetHistory
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.many_contacts.wheelset.wheelset_result import WheelsetSolver
 from thermoroll_cli.one_contact.refinement import solve as refinement
 from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
-from thermoroll_cli.one_contact.refinement.plan import Plan, make_plan
+from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.one_contact.steady_state.doubts import warnings_before
@@ -32,12 +22,17 @@ from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 
+if TYPE_CHECKING:
+    from thermoroll_cli.many_contacts.bearing.bearing_result import BearingPlan
+    from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
+    from thermoroll_cli.many_contacts.wheelset.conicity import Conicity
+    from thermoroll_cli.one_contact.refinement.plan import Plan
+
 Task = Problem | WheelsetProblem | BearingProblem | History | WheelsetHistory
 Report = Callable[[str, Mapping[str, Any]], None]
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """What can be done with problems of one kind: a contact, or an assembly of contacts.
 
     - `solver`: an object whose `solve(problem, report=…)` returns results, each begun from those before;
@@ -51,24 +46,37 @@ class Kind:
     plan: Callable[[Any], Plan | HistoryPlan | BearingPlan | None] | None = None
 
 
-def _contact_warnings(problem: Problem) -> Iterable[str]:
-    derived = DerivedQuantities(problem)
-    return *warnings_before(derived), *expected_temperature_warning(derived)
+def kind_of(problem: type[Task]) -> Kind:
+    """The kind of problems of a class. Assemblies and histories are imported with the first of them: for a single contact that
+    would be a tenth of the start."""
+    if problem is WheelsetProblem:
+        from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, wheelset_warnings
+        from thermoroll_cli.many_contacts.wheelset.wheelset_result import WheelsetSolver
 
+        return Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of)
+    if problem is BearingProblem:
+        from thermoroll_cli.many_contacts.bearing import bearing_result as bearing
 
-def _history_facts(history: History) -> Mapping[str, float]:
-    """Numbers of the plan at the largest load."""
-    return {name: value for name, value in make_plan(history.largest).facts.items() if value == value}
+        return Kind(lambda threads, options: bearing.BearingSolver(threads), bearing.bearing_warnings, bearing.facts_of,
+                    bearing.plan_of)
+    if problem is History:
+        from thermoroll_cli.many_contacts.history.history_plan import plan_of, warnings_of
+        from thermoroll_cli.many_contacts.history.solve import HistorySolver
 
+        # Facts are those at the largest load.
+        return Kind(HistorySolver, warnings_of, lambda history: {
+            name: value for name, value in make_plan(history.largest).facts.items() if value == value}, plan_of)
+    if problem is WheelsetHistory:
+        from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistorySolver, warnings_over_time
 
-KINDS: dict[type[Task], Kind] = {
-    Problem: Kind(refinement.Solver, _contact_warnings, lambda problem: make_plan(problem).facts, make_plan),
-    WheelsetProblem: Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of),
-    BearingProblem: Kind(lambda threads, options: BearingSolver(threads), bearing_warnings, facts_of_bearing, plan_of_bearing),
-    History: Kind(HistorySolver, warnings_of, _history_facts, plan_of),
-    WheelsetHistory: Kind(WheelsetHistorySolver, warnings_over_time, lambda history: facts_of(history.start)),
-}
-"""The kinds of problems that a case may describe."""
+        of_wheelsets = kind_of(WheelsetProblem)
+        return Kind(WheelsetHistorySolver, warnings_over_time, lambda history: of_wheelsets.facts(history.start))
+
+    def warnings(contact: Problem) -> Iterable[str]:
+        derived = DerivedQuantities(contact)
+        return *warnings_before(derived), *expected_temperature_warning(derived)
+
+    return Kind(refinement.Solver, warnings, lambda contact: make_plan(contact).facts, make_plan)
 
 
 class Solver:
@@ -84,7 +92,7 @@ class Solver:
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         if threads < 1:
             raise ValueError(f"threads must be 1 or more, not {threads!r}")
-        self._solvers = {kind: known.solver(threads, options) for kind, known in KINDS.items()}
+        self._threads, self._options, self._solvers = threads, options, dict[type[Task], Any]()
 
     def solve(self, case: Case | Mapping[str, Any] | str | os.PathLike[str] | Task, *, report: Report | None = None) -> Result:
         """The result of `case`, in the sense of the function `solve`.
@@ -97,7 +105,10 @@ class Solver:
         if not isinstance(case, Task):
             given = Case.of(case)
             return self.solve(given.task, report=report).with_case(given.text, given.to_json())
-        result: Result = self._solvers[type(case)].solve(case, report=report)
+        kind = type(case)
+        if kind not in self._solvers:
+            self._solvers[kind] = kind_of(kind).solver(self._threads, self._options)
+        result: Result = self._solvers[kind].solve(case, report=report)
         return result
 
 
@@ -138,6 +149,8 @@ def conicity(
     an amplitude is beyond the profiles.
 
     Raises CaseError for an invalid case; ValueError for a case without two wheels on a track, and for other amplitudes."""
+    from thermoroll_cli.many_contacts.wheelset.conicity import conicity_of
+
     # No gauge has more room than 50 mm.
     if not len(amplitudes_mm) or not all(isinstance(value, int | float) and 0.0 < value <= 50.0 for value in amplitudes_mm):
         raise ValueError("amplitudes are numbers above 0 up to 50 mm")

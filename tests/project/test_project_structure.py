@@ -116,12 +116,12 @@ def test_imports_point_in_one_direction() -> None:
                 assert own in FOREIGN[parts[0]], f"{name(path)}: {parts[0]} does not belong in {own}"
 
 
-INSIDE_FUNCTIONS = {"cli", "", "__main__"}
+INSIDE_FUNCTIONS = {"cli", "python_api", "", "__main__"}
 OPTIONAL = {"pandas", "xarray", "distributed", "pyfftw"}
 
 
 def test_imports_stand_at_the_top() -> None:
-    """Only commands, the package itself and optional packages are imported when they are needed."""
+    """Only commands, kinds of problems, the package itself and optional packages are imported when they are needed."""
     for path in MODULES:
         late = set(imports(path)) - set(imports(path, top_level=True))
         unexpected = {module for module in late if module.split(".")[0] not in OPTIONAL}

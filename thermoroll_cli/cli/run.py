@@ -19,16 +19,13 @@ from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
-from thermoroll_cli.many_contacts.history.course import History
+from thermoroll_cli.many_contacts.history.course import History, WheelsetHistory
 from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
-from thermoroll_cli.many_contacts.history.kept_steps import journal_of
-from thermoroll_cli.many_contacts.history.solve import HistorySolver
-from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistory
 from thermoroll_cli.one_contact.refinement.plan import COARSEST, Plan
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
-from thermoroll_cli.python_api import KINDS, solve
+from thermoroll_cli.python_api import kind_of, solve
 from thermoroll_cli.tools.atomic import write_bytes
 from thermoroll_cli.tools.process import Interrupted
 
@@ -116,7 +113,7 @@ def _run_case(
     case: Case, *, to: Ending, normalised: bool, resume: bool, threads: int, verbose: bool, reproducible: bool
 ) -> int:
     task = case.task
-    plan = KINDS[type(task)].plan
+    plan = kind_of(type(task)).plan
 
     def known_steps() -> Sequence[Any]:
         planned = None if plan is None else plan(task)
@@ -135,6 +132,9 @@ def _run_case(
     try:
         with progress:
             if isinstance(task, History):
+                from thermoroll_cli.many_contacts.history.kept_steps import journal_of
+                from thermoroll_cli.many_contacts.history.solve import HistorySolver
+
                 with journal_of(steps, task, case.to_json(), resume=resume) as journal:
                     result = HistorySolver(threads).solve(task, report=report, journal=journal)
             else:

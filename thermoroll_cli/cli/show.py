@@ -14,7 +14,7 @@ from thermoroll_cli.one_contact.refinement.plan import Plan
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import number
-from thermoroll_cli.python_api import KINDS
+from thermoroll_cli.python_api import kind_of
 
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",
@@ -49,7 +49,7 @@ def show(
     creepage, and the plan: stages that run, stages that are skipped and why, expected memory and time.
     """
     read, task = options.read_task(case, settings, as_json=as_json)
-    kind = KINDS[type(task)]
+    kind = kind_of(type(task))
     with options.recorded(case, as_json), options.solvable(read, str(case)):
         plan = None if kind.plan is None else kind.plan(task)
         facts, warnings = (plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)]) if isinstance(

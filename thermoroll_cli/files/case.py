@@ -33,8 +33,7 @@ from thermoroll_cli.files.case_wheelset import wheelset_of
 from thermoroll_cli.files.column_files import FromFile
 from thermoroll_cli.files.profile_file import Reading
 from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
-from thermoroll_cli.many_contacts.history.course import History
-from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistory
+from thermoroll_cli.many_contacts.history.course import History, WheelsetHistory
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable

@@ -15,9 +15,20 @@ from thermoroll_cli.files.case_line import LOAD, is_line, value_of
 from thermoroll_cli.files.case_table import Allowed, Table
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.many_contacts.history.course import OF_ELLIPSES, OF_LINES, SHIFTS, SPEED, VARIED, Begin, Course, History
+from thermoroll_cli.many_contacts.history.course import (
+    OF_ELLIPSES,
+    OF_LINES,
+    OF_WHEELSETS,
+    PATH,
+    SHIFTS,
+    SPEED,
+    VARIED,
+    Begin,
+    Course,
+    History,
+    WheelsetHistory,
+)
 from thermoroll_cli.many_contacts.history.history_plan import FIRST
-from thermoroll_cli.many_contacts.history.wheelset_over_time import OF_WHEELSETS, PATH, WheelsetHistory
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem

@@ -33,8 +33,7 @@ import scipy
 from thermoroll_cli.files.case_source import toml_value
 from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, read_columns
 from thermoroll_cli.files.spellings import converted, factor_of, in_own_units, meant
-from thermoroll_cli.many_contacts.history.course import VARIED
-from thermoroll_cli.many_contacts.history.wheelset_over_time import OF_WHEELSETS
+from thermoroll_cli.many_contacts.history.course import OF_WHEELSETS, VARIED
 from thermoroll_cli.problem.names import PLACES, unit_end, unit_of
 
 HEAD = re.compile(r"(.*?)\s*(?:[\[(]([^\])]*)[\])])?")

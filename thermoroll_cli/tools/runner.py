@@ -17,10 +17,11 @@ from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from types import TracebackType
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, Protocol, Self
 
 from thermoroll_cli.tools.atomic import WriteError, remove_leftovers
 from thermoroll_cli.tools.journal import Journal, Record, keep
@@ -54,7 +55,8 @@ class Task(Protocol):
         """The record of an item that kills the process that works at it."""
 
 
-class Workers(NamedTuple):
+@dataclass(frozen=True)
+class Workers:
     """Who works: `jobs` processes of this machine, or the Dask cluster whose scheduler is at `dask`, which may be without a
     worker for `patience` seconds."""
 

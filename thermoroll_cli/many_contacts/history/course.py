@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.one_contact.steady_state.derived import pressed_to
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
@@ -213,3 +214,57 @@ class History(OverTime):
         motion = replace(motions[0], creepage_x=None if along else largest("creepage_x"), spin=largest("spin"),
                          creepage_y=None if across else largest("creepage_y"))
         return replace(self.largest, motion=motion)
+
+
+PATH = {"wheelset.lateral_shift_mm": ("y", "lateral"), "wheelset.height_mm": ("z", "vertical"),
+        "wheelset.roll_mrad": ("roll", "roll_rate"), "wheelset.yaw_mrad": ("yaw", "yaw_rate")}
+"""Keys of the path, in thousandths of SI units: what they are of the position, and which velocity follows from them."""
+
+
+def _moving(name: str, factor: float = 1.0) -> Callable[[WheelsetProblem, float], WheelsetProblem]:
+    return lambda problem, value: replace(problem, motion=replace(problem.motion, **{name: factor * value}))
+
+
+def _rolling(problem: WheelsetProblem, speed: float) -> WheelsetProblem:
+    contact = replace(problem.contact, motion=replace(problem.contact.motion, speed=speed))
+    return replace(problem, contact=contact, motion=replace(problem.motion, speed=speed))
+
+
+def _rubbing(problem: WheelsetProblem, coefficient: float) -> WheelsetProblem:
+    friction = replace(problem.contact.friction, coefficient=coefficient)
+    return replace(problem, contact=replace(problem.contact, friction=friction))
+
+
+OF_WHEELSETS: dict[str, Callable[[WheelsetProblem, float], WheelsetProblem]] = {
+    **{key: lambda problem, value, name=name: replace(  # type: ignore[misc]
+        problem, position=replace(problem.position, **{name: 1e-3 * value})) for key, (name, _) in PATH.items()},
+    "wheelset.vertical_N": lambda problem, value: replace(problem, vertical=value),
+    "wheelset.traction_N": lambda problem, value: replace(problem, traction=value),
+    "wheelset.angular_velocity_rad_s": _moving("angular_velocity", -1.0),
+    "wheelset.lateral_velocity_mm_s": _moving("lateral", 1e-3), "wheelset.vertical_velocity_mm_s": _moving("vertical", 1e-3),
+    "wheelset.roll_rate_mrad_s": _moving("roll_rate", 1e-3), "wheelset.yaw_rate_mrad_s": _moving("yaw_rate", 1e-3),
+    SPEED: _rolling,
+    "load.friction_coefficient": _rubbing,
+}
+"""Keys of a wheelset that may change over time, with what they change."""
+
+
+@dataclass(frozen=True)
+class WheelsetHistory(OverTime):
+    """A wheelset over time."""
+
+    problem: WheelsetProblem
+
+    @property
+    def start(self) -> WheelsetProblem:
+        """The problem at the beginning."""
+        return self.problem_at(self.course.places[0])
+
+    def problem_at(self, place: float) -> WheelsetProblem:
+        """The problem at one place of the course."""
+        problem, course = self.problem, self.course
+        for key in course.values:
+            problem = OF_WHEELSETS[key](problem, float(course.at(key, np.array([place]))[0]))
+        speed = problem.motion.speed if course.by_distance else 1.0
+        rates = {rate: 1e-3 * speed * course.slope(key, place) for key, (_, rate) in PATH.items() if key in course.values}
+        return replace(problem, motion=replace(problem.motion, **rates))

@@ -16,7 +16,8 @@ from __future__ import annotations
 import math
 import os
 import pathlib
-from typing import Literal, NamedTuple, get_args
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,7 +37,8 @@ class OutsideTable(ValueError):
     """A contact ellipse that the table does not reach."""
 
 
-class TableForces(NamedTuple):
+@dataclass(frozen=True)
+class TableForces:
     """`force_x`, `force_y` (N) and `spin_moment` (N m) on body 1 against its slip, the wear number `t_gamma` = Q_F/V (N), the
     `stick_fraction` of the contact area, the `error` of the forces and `t_gamma_error` (N), and `spin_moment_error` (N m):
     arrays of the shape of the creepages. Errors are the largest measured at random points, and 0 without creepage."""
