@@ -57,9 +57,9 @@ class _Solved(When):
 
 @dataclass
 class _PatchOverTime:
-    """A patch on its grid of `shape` elements over the part of the rail's outline from `low` to `high`, and `length` along (all
-    in m). It appears at the place `appears`, and lies at `y`, with the `shift` from its own places across to those of the rail.
-    It is `used` in the round that is being solved, and did bear the wheelset (`bears`) at the row before."""
+    """A patch whose contacts at all rows take the rail's outline from `low` to `high`, and `length` along (all in m), on one
+    grid of the run. It appears at the place `appears`, and lies at `y`, with the `shift` from its own places across to those of
+    the rail. It is `used` in the round that is being solved, and did bear the wheelset (`bears`) at the row before."""
 
     side: SideName
     appears: float
@@ -76,8 +76,8 @@ class _PatchOverTime:
     _trial: tuple[Discretisation, SteadyState, End] | None = None
 
     def hold(self, derived: DerivedQuantities) -> None:
-        """Let the grid hold the contact of a problem, too."""
-        domain = derived.scales.domain(self.run.extent)
+        """Let the patch take the place of the contact of a problem, too."""
+        domain = derived.scales.domain(2.0)
         self.length = max(self.length, domain.side_x + 2.0 * abs(domain.centre_x))
         self.low = min(self.low, domain.centre - 0.5 * domain.side_y)
         self.high = max(self.high, domain.centre + 0.5 * domain.side_y)
@@ -90,7 +90,8 @@ class _PatchOverTime:
             if self.length == 0.0:
                 # Friction brings it to bear where no patch was expected.
                 self.hold(derived)
-            domain = Domain(self.length, self.high - self.low, 0.5 * (self.low + self.high))
+            room = 0.5 * run.extent
+            domain = Domain(room * self.length, room * (self.high - self.low), 0.5 * (self.low + self.high))
             self._stepper = Stepper(Discretisation(
                 derived, run.shape, run.extent, run.threads, run.options, followed=domain), None)
         stepper, row, before = self._stepper, run.row, run.before
@@ -110,7 +111,6 @@ class _PatchOverTime:
         self._trial = here, state, now
         reported = stepper.reported(here, state)
         run.applications += state.applications
-        run.touches_rim = run.touches_rim or state.touches_rim
         converged = state.converged and state.contact.tangential.converged
         shown = State(reported.fields, reported.scalars, reported.x, reported.y - self.shift)
         return Result(
@@ -140,6 +140,8 @@ class _PatchOverTime:
             self._stepper, self._reached, self._trial = None, (None, None), None
             return None
         here, state, now = self._trial
+        self.hold(here.derived)
+        self.run.touches_rim = self.run.touches_rim or state.touches_rim
         self._reached = self._stepper.last, self._stepper.before
         self._stepper.remember(here, state.contact, now, always=self.run.before is None
                                and self.run.history.course.begin == "steady")
@@ -228,10 +230,11 @@ class _Patches:
                 one = problem_of_patch(problem.contact, bearing, motion if side == "right" else motion.mirrored)
                 patch.hold(DerivedQuantities(_moved(one, patch.shift)))
 
-    def afresh(self, shape: tuple[int, int]) -> _Patches:
+    def afresh(self, shape: tuple[int, int], extent: float) -> _Patches:
         """The same patches where they appear, on other grids, before the first row."""
-        found = replace(self, shape=shape, patches=[])
-        found.patches += [replace(patch, run=found, y=patch.appears, used=False) for patch in self.patches]
+        found = _Patches(self.history, shape, extent, self.threads, self.options)
+        found.patches += [_PatchOverTime(each.side, each.appears, found, each.length, each.low, each.high, y=each.appears)
+                          for each in self.patches]
         return found
 
     def rows(self, places: Array, report: Report) -> Iterator[_Solved]:
@@ -271,28 +274,33 @@ class WheelsetHistorySolver:
     def solve(self, history: WheelsetHistory, *, report: Report | None = None) -> Result:
         """The result of the last row, with the columns of all. Raises Unsolvable where a wheel misses its rail."""
         warnings = list(dict.fromkeys(warnings_over_time(history)))
-        # The coarsest grid has an element beside the contact at each end.
-        coarsest = min(min(shape) for shape, _ in grids_of(history))
-        return grown(history, warnings, lambda extent, warnings: self._refined(
-            history, extent, warnings, report or (lambda stage, info: None)), 2.0 * coarsest / (coarsest - 2.0) + 1e-9)
+        grids = list(grids_of(history))
+        finest, (all_places,) = grids[-1]
+        known = _Patches(history, finest, 0.0, self._threads, self._options)
 
-    def _refined(self, history: WheelsetHistory, extent: float, warnings: Sequence[str], report: Report) -> Result | None:
-        """The result on grids with more and more elements and steps; None where a contact reaches the rim of a domain that may
-        grow."""
-        grids, coarser, rows = list(grids_of(history)), dict[float, _Solved](), dict[float, _Solved]()
-        finest, (places,) = grids[-1]
-        ahead = _Patches(history, finest, extent, self._threads, self._options)
-        ahead.look_ahead(history.with_stops(places))
-        for shape, runs in grids:
-            coarser, rows = rows, {}
-            for places in runs:
-                patches = ahead.afresh(shape)
-                for row in patches.rows(places, report):
-                    if patches.touches_rim and extent <= LARGEST_EXTENT:
+        def refined(extent: float, warnings: Sequence[str]) -> Result | None:
+            """The result on grids with more and more elements and steps; None where a contact reaches the rim of a domain that
+            may grow, which is then known to be there."""
+            nonlocal known
+            ahead, coarser, rows = known.afresh(finest, extent), dict[float, _Solved](), dict[float, _Solved]()
+            ahead.look_ahead(history.with_stops(all_places))
+            for shape, runs in grids:
+                coarser, rows = rows, {}
+                for places in runs:
+                    patches, grows = ahead.afresh(shape, extent), extent <= LARGEST_EXTENT
+                    for row in patches.rows(places, report or (lambda stage, info: None)):
+                        if row.place in history.course.rows:
+                            rows[row.place] = row
+                        if grows and patches.touches_rim and shape == finest:
+                            break
+                    if grows and patches.touches_rim:
+                        known = patches
                         return None
-                    if row.place in history.course.rows:
-                        rows[row.place] = row
-        return _result(history, rows, coarser, warnings)
+            return _result(history, rows, coarser, warnings)
+
+        # The coarsest grid has an element beside the contacts of all rows at each end.
+        coarsest = min(grids[0][0])
+        return grown(history, warnings, refined, 2.0 * coarsest / (coarsest - 2.0) + 1e-9)
 
 
 def _result(
