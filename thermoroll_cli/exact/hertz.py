@@ -118,7 +118,11 @@ class HertzContact:
         return displacement
 
     def gap(self, x: ArrayLike, y: ArrayLike) -> Array:
-        """Gap h = h_i + u_z − δ between the deformed surfaces: zero in the contact, positive outside."""
+        """Gap h = h_i + u_z − δ between the deformed surfaces: zero in the contact, positive outside; beside cylinders
+        ½ κ a² (ξ √(ξ² − 1) − arcosh ξ) with ξ = |x|/a, since dh/dx = κ √(x² − a²)."""
+        if math.isinf(self.semi_axis_y):
+            ratio = np.maximum(np.abs(np.asarray(x, dtype=float) / self.semi_axis_x), 1.0)
+            return 0.5 * self.curvature_x * self.semi_axis_x**2 * (ratio * np.sqrt(ratio**2 - 1.0) - np.arccosh(ratio))
         gap = self.undeformed_gap(x, y) + self.displacement(x, y) - self.approach
         # differences of rounding size are meaningless in and next to the contact
         return np.where(self._excess(x, y) > 0.0, np.maximum(gap, 0.0), 0.0)

@@ -205,7 +205,7 @@ FIELDS = _named(
     Field("temperature_rise_upper", "K", "surface temperature rise of the upper body", "temperature_rise"),
     Field("entry_temperature_lower", "K", "temperature with which the track enters the contact, lower body"),
     Field("entry_temperature_upper", "K", "temperature with which the track enters the contact, upper body"),
-    Field("displacement_elastic", "m", "normal elastic displacement, sum of both bodies"),
+    Field("displacement_elastic", "m", "normal elastic displacement, sum of both bodies; of a line contact above its least"),
     Field("displacement_thermal", "m", "thermal expansion towards each other, sum of both bodies"),
     Field("gap", "m", "distance between the deformed surfaces"),
 )

@@ -87,9 +87,9 @@ def better_domain(here: Discretisation, state: SteadyState, *, smaller: bool) ->
 
 def returns(usual: Discretisation, here: Discretisation, state: SteadyState) -> bool:
     """Whether the contact of `state`, which has left the `usual` domain on its way, has come back there for good."""
-    grid, inside, domain = here.grid, state.contact.normal.contact, _around(here, state)
-    if here is usual or not state.converged or domain is None:
+    if here is usual or not state.converged or (domain := _around(here, state)) is None:
         return False
+    grid, inside = here.grid, state.contact.normal.contact
     fits = all(low < places[there].min() and places[there].max() < high for places, there, (low, *_, high) in (
         (grid.x, inside.any(axis=1), usual.grid.x), (grid.y, inside.any(axis=0), usual.grid.y))[: len(grid.sides)])
     area = usual.grid.element_area * usual.grid.nx * usual.grid.ny

@@ -77,8 +77,10 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
 
 
 def state_of_line(state: State) -> State:
-    """The `state` of a line contact as it is reported."""
+    """The `state` of a line contact as it is reported. Its displacements, which are known up to a constant, are 0 where they
+    are least."""
     fields = {name: values[:, 0] for name, values in state.fields.items()}
+    fields["displacement_elastic"] = fields["displacement_elastic"] - fields["displacement_elastic"].min()
     return State(fields, per_length(state.scalars), state.x, np.zeros(0))
 
 

@@ -66,7 +66,8 @@ def refine(
 
     here = begun_on(usual, coarse)
     known = coarse or cold
-    near = None if known is None else (known.here, known.contact)
+    # Carter's tractions need no others to begin from.
+    near = None if known is None or (plan.derived.kinematics.carter and not hot) else (known.here, known.contact)
     state = found(here, near, coarse, hot and coarse is not None and coarse.stays_balanced)
     shrunk = settled = False
     for _ in range(here.options.most_moves if hot else 0):

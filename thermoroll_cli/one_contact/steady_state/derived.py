@@ -210,6 +210,8 @@ class Kinematics:
     def differential_slip(self) -> DifferentialSlip:
         """d(y), the variation of the longitudinal creepage across the contact; zero where its effect is negligible."""
         derived = self.derived
+        if self.problem.line:
+            return DifferentialSlip(self.problem.geometry, derived.compliance_shares, "nothing varies across a line contact")
         return resolved(self.problem, derived.compliance_shares, self._across,
                         (derived.scales.semi_axis_x, derived.scales.semi_axis_y), derived.saturation_creepage,
                         self.problem.numerics.negligible)
@@ -232,6 +234,16 @@ class Kinematics:
     def feeds_back(self) -> bool:
         """True if shear changes the pressure (without any heat): then Hertz's pressure is only a first guess."""
         return self.derived.dissimilar and self.has_traction
+
+    @property
+    def carter(self) -> bool:
+        """True if the tractions are those of Carter (`exact.rolling_cylinders`) while the pressure is Hertz's: of a line
+        contact of bodies alike whose slip without traction, or whose friction, nothing else changes."""
+        derived, problem, motion = self.derived, self.problem, self.problem.motion
+        plain = (problem.friction.law is None and not problem.friction_varies and problem.interlayer.yield_stress is None
+                 and not problem.interlayer.compliance)
+        return (problem.line and derived.hertz is not None and not derived.dissimilar and derived.past is None and plain
+                and not ((motion.creepage_x or motion.creepage_y) and (motion.force_x, motion.force_y) != (None, None)))
 
     @cached_property
     def mirror(self) -> Parities | None:

@@ -94,11 +94,14 @@ class PressureSolver:
             pressure = hertz.pressure(grid.x[:, None], grid.y[None, :])
             pressure *= self._derived.problem.normal_force / (float(pressure.sum()) * grid.element_area)
             covered = (pressure > 0.0).astype(float)
-        displacement = self.solver.displacement(pressure)
-        closed = self.undeformed_gap + displacement
-        # Displacements of a line contact are known up to a constant.
-        approach = float(closed[covered >= 1.0].mean()) if self._derived.problem.line else hertz.approach
-        gap = np.where(covered > 0.0, 0.0, np.maximum(closed - approach, 0.0))
+        if self._derived.problem.line:
+            # Displacements are known up to a constant: here they are zero in the middle.
+            left, approach = hertz.gap(grid.x[:, None], grid.y), 0.0
+            displacement = left - self.undeformed_gap
+        else:
+            displacement, approach = self.solver.displacement(pressure), hertz.approach
+            left = self.undeformed_gap + displacement - approach
+        gap = np.where(covered > 0.0, 0.0, np.maximum(left, 0.0))
         return Pressure(pressure, covered, displacement, gap, approach=approach, peak=hertz.peak_pressure)
 
     def solve(self, offset: Array | None, start: Array, tolerance: float, *, mirrored: bool) -> Pressure:

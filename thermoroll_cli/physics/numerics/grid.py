@@ -110,9 +110,9 @@ def value_at(grid: Grid, field: Array, x: float, y: float) -> float:
         if len(points) == 1:
             field = field[0]
             continue
-        first = int(np.clip(np.searchsorted(points, place) - 2, 0, max(len(points) - 4, 0)))
-        near, values = points[first : first + 4], field[first : first + 4]
-        weights = np.array([np.prod([(place - b) / (a - b) for b in near if b != a]) for a in near])
+        first = min(max(int(np.searchsorted(points, place)) - 2, 0), max(len(points) - 4, 0))
+        near, values = points[first : first + 4].tolist(), field[first : first + 4]
+        weights = np.array([math.prod((place - b) / (a - b) for b in near if b != a) for a in near])
         inner, outer = values[1:-1], values[[0, -1]]
         low = values.min(axis=0) - 0.125 * np.maximum(outer.min(axis=0) - inner.min(axis=0), 0.0)
         high = values.max(axis=0) + 0.125 * np.maximum(inner.max(axis=0) - outer.max(axis=0), 0.0)

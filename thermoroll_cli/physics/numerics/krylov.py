@@ -37,7 +37,7 @@ def gmres(
     `expensive` is the linear convolution, `cheap` the element-wise rest, which must return a new array. Classical
     Gram–Schmidt needs two matrix products instead of k dot products; it is repeated where it has lost digits.
     """
-    norm = _length(right_hand_side)
+    norm = length_of(right_hand_side)
     if norm == 0.0:
         zero = np.zeros_like(right_hand_side)
         return KrylovSolution(zero, zero.copy(), 0, 0.0)
@@ -82,19 +82,19 @@ def gmres(
 
 def _orthogonalised(w: Vector, basis: Vector) -> Vector:
     """Subtract from `w`, in place, its components along the orthonormal rows of `basis`. Returns them and the length left."""
-    before = _length(w)
+    before = length_of(w)
     components = basis @ w
     w -= components @ basis
-    length = _length(w)
+    length = length_of(w)
     if length < REPEATED_BELOW * before:
         correction = basis @ w
         w -= correction @ basis
         components += correction
-        length = _length(w)
+        length = length_of(w)
     return np.append(components, length)
 
 
-def _length(vector: Vector) -> float:
+def length_of(vector: Vector) -> float:
     """2-norm; numpy's own takes more than twice as long for short vectors."""
     return math.sqrt(vector.dot(vector))
 

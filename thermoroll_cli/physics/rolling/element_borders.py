@@ -253,9 +253,11 @@ def stick_ends(
     size = np.hypot(traction[0], traction[1])
     reserve = np.maximum(bound - size, 0.0) * stick
     speed = np.hypot(slip[0], slip[1]) * (inside & ~stick)
+    around = framed(reserve - speed / compliance.along)
     # Repeat the outermost values: np.pad takes several times as long.
-    rows, columns = (np.clip(np.arange(-1, length + 1), 0, length - 1) for length in covered.shape)
-    normal = sobel((reserve - speed / compliance.along)[rows[:, None], columns], dx, dy)
+    around[0], around[-1] = around[1], around[-2]
+    around[:, 0], around[:, -1] = around[:, 1], around[:, -2]
+    normal = sobel(around, dx, dy)
     nx, ny = normal[0][i, j] + normal[0][i + 1, j], normal[1][i, j] + normal[1][i + 1, j]
     length = np.hypot(nx, ny)
     length[length == 0.0] = 1.0

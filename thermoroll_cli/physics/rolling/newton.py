@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from thermoroll_cli.physics.numerics.krylov import gmres
+from thermoroll_cli.physics.numerics.krylov import gmres, length_of
 from thermoroll_cli.physics.rolling.element_borders import EdgeCompliance, block_product, edge_compliance
 from thermoroll_cli.physics.rolling.hardening import Hardening
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient, RollingOptions
@@ -128,8 +128,8 @@ class Newton:
 
     @property
     def _beside(self) -> float:
-        """What the other elements of a row add to the compliance of each, in 1/Pa."""
-        return max(int(self.contact.sum(axis=0).max()) - 1, 0) * self.gradient.remembered
+        """What the other elements of a row add to the compliance of each, in 1/Pa: nothing where nothing is remembered."""
+        return max(int(self.contact.sum(axis=0).max()) - 1, 0) * self.gradient.remembered if self.gradient.rate else 0.0
 
     @cached_property
     def free(self) -> tuple[int, ...]:
@@ -182,7 +182,7 @@ class Newton:
     @property
     def _element(self) -> float:
         """Mean gradient of a uniformly loaded element."""
-        return float(np.mean(self.gradient.self_gradient))
+        return 0.5 * sum(self.gradient.self_gradient)
 
     # --- state ---------------------------------------------------------------------------------------------------
 
@@ -265,7 +265,7 @@ class Newton:
         force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.force_scale
         full = np.concatenate([residual.ravel(), force])
         return Iterate(traction, unknown, slip, full, stick, scale, direction,
-                       float(np.linalg.norm(full)) / self.reference, bound, sliding, response)
+                       length_of(full) / self.reference, bound, sliding, response)
 
     def natural_residual(
         self, traction: AnyArray, slip: AnyArray, bound: AnyArray
@@ -294,7 +294,7 @@ class Newton:
         tractions = residual[: 2 * self.size].reshape(2, *self.contact.shape)
         tractions[:, lone] = -(self.rho * state.slip)[:, lone]
         return replace(state, residual=residual, stick=state.stick | lone, scale=np.where(lone, 1.0, state.scale),
-                       direction=np.where(lone, 0.0, state.direction), norm=float(np.linalg.norm(residual)) / self.reference)
+                       direction=np.where(lone, 0.0, state.direction), norm=length_of(residual) / self.reference)
 
     # --- one step ------------------------------------------------------------------------------------------------
 
@@ -323,8 +323,8 @@ class Newton:
     def _longest(self, unknown: AnyArray, change: AnyArray) -> float:
         """Longest step that at most doubles the free creepages: close to the friction limit the force hardly depends on them,
         and a full step could reach full sliding, where the gradient vanishes."""
-        size = float(np.linalg.norm(change))
-        allowed = float(np.linalg.norm(unknown)) + UNSEEN_CREEPAGE
+        size = length_of(change)
+        allowed = length_of(unknown) + UNSEEN_CREEPAGE
         return min(1.0, allowed / size) if size > allowed else 1.0
 
 

@@ -194,7 +194,7 @@ def _slopes(heat: Array, onset: _Onset, covered: Array, slips: Mask) -> Array:
     at = onset.rows[first], onset.columns[first]
     slope[at] = heat[at] * onset.slope[first]
     i, j = _ends(slips)
-    behind = np.pad(covered, ((0, 1), (0, 0)))[i + 1, j]
+    behind = np.concatenate((covered, np.zeros_like(covered[:1])))[i + 1, j]
     i, j = i[behind == 0.0], j[behind == 0.0]
     part = covered[i, j]
     # A linear distribution cannot have all heat at one end; heat on less than a third of an element determines its temperature.

@@ -63,7 +63,8 @@ class StickInverse:
         n, m = shape
         padded = around((n, m if mirror is None else 2 * m))
         inverse = inverse_symbols(padded, dx, dy, compliance, weights, rate)
-        self._solve = (FreeShear(shape, inverse, padded) if mirror is None else MirroredShear(shape, inverse, padded, mirror))
+        self._solve = (FreeShear(shape, inverse, padded, coupled=bool(inverse[2].any())) if mirror is None
+                       else MirroredShear(shape, inverse, padded, mirror))
         self._sums = np.zeros((2, n + 1, m))
         self._base = np.empty((2, n, m))
 
