@@ -46,7 +46,7 @@ SMALLER = (
 """What is replaced in the commands: more would only take longer."""
 WITH_TESTS = ("commands", "ci", "import", "measured_profiles", "record_over_time", "sweeps_and_tables")
 """Pages whose commands have a test of their own, which looks at what they write."""
-SCRIPTS = ("developing", "wheelset")
+SCRIPTS = ("wheelset",)
 """Pages with scripts that begin from a result of a contact."""
 
 
@@ -172,7 +172,7 @@ def test_an_input_file_of_contact(place: Path) -> None:
     (place / "braking.inp").write_text(deck, encoding="utf-8")
     printed = call(*shlex.split(command)[1:], cwd=place).stdout
     along, across = (float(value) for value in re.search(r"force \[(\S+), (\S+),", printed).groups())
-    shown = re.search(r"(\S+) kN along and\n(\S+) kN across", page("import")).groups()
+    shown = re.search(r"(\S+) kN along and\s+(\S+) kN across", page("import")).groups()
     assert (f"{1e-3 * along:.1f}", f"{1e-3 * across:.1f}".replace("-", "−")) == shown
     assert (place / "imported" / "braking_1.h5").exists()
 
@@ -222,10 +222,35 @@ def test_every_block_is_run() -> None:
     found = {(path.stem, kind) for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
              for kind in re.findall(r"^```(\w+)$", path.read_text(encoding="utf-8"), re.MULTILINE)}
     read = set(re.findall(r'blocks\("(\w+)", "(\w+)"\)', Path(__file__).read_text(encoding="utf-8")))
-    elsewhere = {("read_results", "python"), ("developing", "diff")}     # test_python_api.py, test_extending.py
+    elsewhere = {("read_results", "python")}     # test_python_api.py
     read |= {(name, kind) for name, kind in found if kind in ("sh", "toml")} | {(name, "python") for name in SCRIPTS}
     # The record is what a file holds, shown beside its command.
     assert found - read - elsewhere - {("record_over_time", "text")} == set()
+
+
+@pytest.mark.parametrize(("name", "case", "values", "printed"), [
+    ("line_contacts", "gear_pair", {}, {"pressure_max_MPa": ("273.970 ±", 1.0), "gamma_st": ("0.3115 ±", 1.0),
+                                        "force_x_N_mm": ("0.67725 ±", 1.0), "contact_width_mm": ("0.029046 mm", 2.0)}),
+    ("line_contacts", "gear_pair", {"creepage.longitudinal": 0.2}, {"Q_F_W_mm": ("0.450000 ±", 1.0)}),
+    ("examples", "wheel_rail", {}, {"pressure_max_MPa": ("763.8 ±", 1.0), "force_x_N": ("24.76 ±", 1e3),
+                                    "Q_F_W": ("1446 ±", 1.0), "temperature_rise_max_lower_K": ("10.5 K", 1.0)}),
+    ("examples", "wheel_rail", {"rolling.differential_slip": False}, {"force_x_N": ("25.17 ±", 1e3)}),
+    ("examples", "coated_ball", {"creepage.spin_rad_mm": 0.005}, {
+        "pressure_max_MPa": ("841.5 ±", 1.0), "force_x_N": ("4.09 N", 1.0), "force_y_N": ("−0.14 N", 1.0),
+        "spin_moment_Nmm": ("0.075 N mm", 1.0)}),
+    ("polymers", "polymer_roller", {}, {"hysteresis_W": ("4.4 W", 1.0), "rolling_resistance_N": ("2.9 N", 1.0),
+                                        "rolling_resistance_moment_Nmm": ("270 N mm", 1.0)}),
+    ("measured_profiles", "measured_wheelset", {}, {"pressure_max_MPa": ("1274 MPa", 1.0)})])
+def test_numbers_of_pages(name: str, case: str, values: dict[str, object], printed: dict[str, tuple[str, float]]) -> None:
+    """Numbers printed on a page, in its unit, are within ± of a run on a coarse grid and half of their last digit."""
+    grid = {"gear_pair": 64, "wheel_rail": 24}.get(case, 16)
+    result = solve(Case.read(ROOT / "cases" / f"{case}.toml").with_values({"numerics.grid": grid, **values}))
+    for scalar, (text, unit) in printed.items():
+        number = text.split()[0].replace("−", "-")
+        assert text in page(name), text
+        last_digit = 10.0 ** -len(number.partition(".")[2])
+        error = result.uncertainty[scalar] / unit + 0.5 * last_digit
+        assert result[scalar] / unit == pytest.approx(float(number), rel=0.0, abs=error), scalar
 
 
 def test_measured_profiles(place: Path) -> None:

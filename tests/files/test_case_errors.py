@@ -307,6 +307,7 @@ def test_unreadable_files(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
     assert "no such file" in message(tmp_path / "cas.toml")
     assert "did you mean" in message(tmp_path / "cas.toml") and "case.toml" in message(tmp_path / "cas.toml")
+    assert "thermoroll init --example gear_pair writes cases/gear_pair.toml" in message(tmp_path / "cases" / "gear_pair.toml")
     assert "this is a folder" in message(tmp_path)
     (tmp_path / "latin.toml").write_bytes('title = "x"\nü'.encode("latin-1"))
     assert "latin.toml:2:1: error: not UTF-8 text: byte 0xfc" in message(tmp_path / "latin.toml")

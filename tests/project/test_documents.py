@@ -8,6 +8,7 @@ import itertools
 import json
 import os
 import re
+import statistics
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from scripts import closed_forms
+from scripts.benchmark.contact import ratios
 from scripts.figures.figures_documents import claims, declared, markdown
 from tests.support.browser import opened
 from tests.support.command_line import PATIENCE
@@ -135,6 +137,17 @@ def test_claims_of_the_readme() -> None:
     found = [100.0 * float(numbers[name]["table"]["rows"][row][3]) for name, row in rows.items()]
     least, most = re.search(r"within (\S+) to (\S+) % of the load", readme).groups()  # type: ignore[union-attr]
     assert (f"{min(found):.1f}", f"{max(found):.1f}") == (least, most)
+
+
+def test_claims_of_the_paper() -> None:
+    """Its ratio of processor times and its difference of creep forces are those behind the table of the README."""
+    paper = " ".join((ROOT / "paper" / "paper.md").read_text(encoding="utf-8").split())
+    bench = json.loads((ROOT / "scripts" / "benchmark" / "results.json").read_text(encoding="utf-8"))
+    faster = [row["solve"] for row in ratios(bench["contact"]["measured"])["128"]]
+    median, least, most = (f"1/{value:.0f}" for value in (statistics.median(faster), min(faster), max(faster)))
+    assert f"{median} of the processor time (median; {least} to {most})" in paper
+    (agreement,) = re.findall(r"\| creep forces, seven isothermal cases \| within (\S+) ", markdown(claims()))
+    assert f"within {agreement} of the limit of friction" in paper
 
 
 def test_tables_of_what_is_declared_are_those_of_the_package() -> None:

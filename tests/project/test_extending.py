@@ -1,4 +1,4 @@
-"""The example of docs/developing.md, followed line by line on a copy of the package."""
+"""The example of add_a_stage.md, followed line by line on a copy of the package."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-BLOCKS = re.findall(r"```diff\n--- (\S+)\n(.*?)```", (ROOT / "docs" / "developing.md").read_text(), re.DOTALL)
+PAGE = (Path(__file__).parent / "add_a_stage.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```diff\n--- (\S+)\n(.*?)```", PAGE, re.DOTALL)
 
 
 def edited(text: str, block: str) -> str:

@@ -15,6 +15,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.case_schema import case_schema
+from thermoroll_cli.files.case_source import EXAMPLES
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.python_api import kind_of
 from thermoroll_cli.studies.worn.service import positions_of
@@ -41,8 +42,6 @@ _OFFERED = "\n".join((f"\b\nThe case to start from; {_FIRST} if not given:",
                       *(f"{name}: {about}" for name, about in TEMPLATES.items())))
 """Lines that are not to be broken."""
 _PACKAGE = Path(__file__).parents[1]
-EXAMPLES = next((folder for folder in (_PACKAGE / "cases", _PACKAGE.parent / "cases") if folder.is_dir()), _PACKAGE)
-"""The cases of the documents: in the package where it was installed, beside it in a checkout."""
 
 
 def validate(

@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath, Place, Places, Span, shortened, syntax_error
@@ -21,6 +22,10 @@ SIZE_LIMIT = 1 << 16
 """Bytes a case file may have. Real ones have a thousand or two; anything larger is some other file given by mistake."""
 
 STANDARD_INPUT = "-"
+
+_PACKAGE = Path(__file__).parents[1]
+EXAMPLES = next((folder for folder in (_PACKAGE / "cases", _PACKAGE.parent / "cases") if folder.is_dir()), _PACKAGE)
+"""The cases of the documents: in the package where it was installed, beside it in a checkout."""
 
 _LOOSE_NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|(?i:inf(?:inity)?))")
 # tomllib needs quadratic time for a key of many parts.
@@ -195,8 +200,11 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
 
 
 def _similar_file(name: str) -> str:
+    """A hint instead of a missing case file: how a case of the documents is written, or a file that is called like it."""
     folder, base = os.path.split(name)
     try:
+        if base.endswith(".toml") and (EXAMPLES / base).is_file():
+            return f"thermoroll init --example {os.path.splitext(base)[0]} writes cases/{base}"
         files = [entry for entry in os.listdir(folder or ".") if entry.endswith(".toml")]
     except (OSError, ValueError):
         return ""

@@ -335,7 +335,7 @@ class Problem:
 
     @property
     def compliance_shares(self) -> tuple[float, float]:
-        """w₁ and w₂ of `compliance_shares`."""
+        """Shares w₁ and w₂ of the lower and the upper body in the compliance of the contact."""
         return compliance_shares(self.lower, self.upper)
 
     @property
