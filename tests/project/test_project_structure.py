@@ -166,7 +166,7 @@ def texts() -> Iterator[tuple[str, str]]:
 
 def test_documents_that_are_named_exist() -> None:
     """Also without their folder: `numerics.md` alone is docs/numerics.md."""
-    there = {path.name for path in (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("tests/**/*.md"))}
+    there = {path.name for path in (*ROOT.glob("*.md"), *ROOT.glob("[dp]*/*.md"), *ROOT.glob("tests/**/*.md"))}
     there |= {"index.md", "gallery.md", "reference.md"}  # made with the site
     named = ((where, found) for where, text in texts() for found in re.findall(r"\b([\w-]+\.md)\b", text))
     assert not [(where, found) for where, found in named if found not in there]
