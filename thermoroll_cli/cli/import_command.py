@@ -98,7 +98,7 @@ def imported(file: Path, only: int | None = None) -> list[Imported]:
         try:
             content, axes = converted(each, file, before.get(each.contact))
             found.append(Imported(each.number, Case.from_dict(content, name=name), axes, without=without(each)))
-            before[each.contact] = Before(name, content, axes)
+            before[each.contact] = Before(name, axes)
         except LeftOut as cause:
             found.append(Imported(each.number, reason=str(cause)))
         except CaseError as cause:

@@ -83,11 +83,17 @@ def sweep(
     points = Points(source.text, source.name, case_name(case), axes, tuple(overrides), listed is not None,
                     "--points" if listed else "--over")  # fmt: skip
     wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads)
-    _check(wanted, case, as_json=as_json, quiet=quiet)
+    try:
+        with options.recorded(case, as_json):
+            wanted.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
+    except CaseError as cause:
+        closing = f" of {len(cause.findings)}" if len(cause.findings) > 10 else ""
+        raise typer.Exit(streams.report_invalid([CaseError(cause.findings[:10])], f"{closing}; nothing was computed")) from None
     options.check_writable(output)
-    rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
-    to = Ending(output, as_json, options.plots_of(points.case(1), plots, no_plots), formats, dpi, report, quiet)
-    table = columns_of(rows, _title(points))
+    first = points.case(1)
+    rows, failures = _solved(wanted, first.settings.title, as_json=as_json, quiet=quiet, verbose=verbose)
+    to = Ending(output, as_json, options.plots_of(first, plots, no_plots), formats, dpi, report, quiet)
+    table = columns_of(rows, first.settings.title)
 
     def draw() -> list[Path]:
         from thermoroll_cli.studies.sweeps.table_picture import draw_table
@@ -116,10 +122,6 @@ def sweep(
         also=f" and {files} result file{'s' if files != 1 else ''}" if files else ""))
 
 
-def _title(points: Points) -> str:
-    return points.case(1).settings.title
-
-
 def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override], *, scalars_only: bool) -> tuple[Axis, ...]:
     """The swept keys with their values. Ends the program (usage) where they make no sense."""
     if bool(over) == (listed is not None):
@@ -133,20 +135,9 @@ def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override
     return axes
 
 
-def _check(sweep: Sweep, case: Path, *, as_json: bool, quiet: bool) -> None:
-    """Check all points. Ends the program (invalid case) if any of them cannot be solved."""
-    try:
-        with options.recorded(case, as_json):
-            sweep.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
-    except CaseError as cause:
-        closing = f" of {len(cause.findings)}" if len(cause.findings) > 10 else ""
-        shown = CaseError(cause.findings[:10])
-        raise typer.Exit(streams.report_invalid([shown], f"{closing}; nothing was computed")) from None
-
-
-def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
+def _solved(sweep: Sweep, title: str, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
     """The rows of all points, reported as they are solved, and how many did not converge."""
-    progress, title = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose), _title(sweep.points)
+    progress = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose)
     failures = printed = 0
     waiting: dict[int, Row] = {}
 

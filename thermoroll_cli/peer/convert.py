@@ -57,10 +57,9 @@ class Axes:
 
 
 class Before(NamedTuple):
-    """A case that was written: its `name`, tables and keys (`content`), and `axes`."""
+    """A case that was written: its `name` and `axes`."""
 
     name: str
-    content: Content
     axes: Axes
 
 

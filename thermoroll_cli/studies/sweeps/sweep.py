@@ -10,7 +10,7 @@ import pathlib
 import re
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
@@ -204,10 +204,10 @@ class Sweep:
             tree = tree_of_table(columns_of(rows, table.title, every=True), settings=settings)
             save(self.folder / ARRAYS_NAME, tree, SWEEP, self.command_line)
 
-    def _finished(self, journal: Journal, owners: Mapping[str, str], note: Callable[[str], None]) -> dict[str, str]:
-        """The keys of points that have a result, with the names of their files, each of which is the latest of its name:
-        `owners` are the keys of the records by the names of their files."""
-        files = {}
+    def _finished(self, journal: Journal, owners: Mapping[str, str], note: Callable[[str], None]) -> list[str]:
+        """The keys of points that have a result, in a file that is the latest of its name: `owners` are the keys of the records
+        by the names of their files."""
+        found = []
         for key in self._keys:
             if key not in journal or not (record := journal[key])["solved"]:
                 continue
@@ -218,18 +218,18 @@ class Sweep:
                 if not is_whole(self.folder, record):
                     note(f"{self.folder / record['file']}: not there, or not as it was written; solved again")
                     continue
-            files[key] = record["file"]
-        return files
+            found.append(key)
+        return found
 
-    def _batches(self, finished: dict[str, str], owners: Mapping[str, str]) -> Iterator[Batch]:
+    def _batches(self, finished: Collection[str], owners: Mapping[str, str]) -> Iterator[Batch]:
         """Batches with points that are still to be solved. A name that the record of another point has is not given again."""
-        taken, free = dict(owners), self.points.count
+        taken, free, done = dict(owners), self.points.count, {*finished}
         stem, _, digits = self.points.name(1).rpartition("_")
         for numbers in self.points.batches():
             pending = []
             for number in numbers:
                 key = self._keys[number - 1]
-                if key in finished:
+                if key in done:
                     continue
                 file = "" if self.scalars_only else f"{self.points.name(number)}.h5"
                 while file and taken.get(file, key) != key:
