@@ -123,6 +123,16 @@ def test_the_first_grid_begins_with_carter(share: float) -> None:
         assert first["newton_steps"] <= 4 and first["applications"] <= 24
 
 
+@pytest.mark.parametrize("share", [1.01, 1.15, 1.29])
+def test_a_force_that_only_friction_which_rises_with_slip_carries(share: float) -> None:
+    """All slides: the force answers to the creepage by friction alone, whose mean is that at the creepage."""
+    law = FrictionLaw("table", table=((0.0, 1.0), (0.3, 1.3)))
+    motion = Motion(1.0, None, 0.0, force_x=share * FRICTION * LOAD)
+    result = solve(cylinders(32, motion=motion, friction=Friction(FRICTION, law)))
+    assert result.converged and result["creepage_longitudinal"] == pytest.approx(share - 1.0, rel=1e-3)
+    assert sum(level["newton_steps"] for level in result.work["levels"]) <= 30
+
+
 def test_errors_fall_with_the_square_of_the_element() -> None:
     """Root mean squares over the creep curve, without extrapolation."""
     plain, shares = SolverOptions(extrapolated=False), np.linspace(0.1, 0.9, 9)

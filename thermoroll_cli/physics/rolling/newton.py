@@ -386,7 +386,12 @@ class Linearisation:
             unit = np.zeros(2)
             unit[i] = newton.creepage_unit
             e = np.broadcast_to(unit[:, None, None], (2, *newton.traction_bound.shape))
-            columns.append(self._invert(block_product(self.q, e)))
+            change = block_product(self.q, e)
+            if self.state.response is not None and self.state.sliding is not None:
+                # Where all slides, a force answers by friction that changes with slip alone.
+                along = self.state.response.change((self.state.sliding * (self.share * e)).sum(axis=0))
+                change += self.state.direction * (newton.traction_bound * along * self.slip)
+            columns.append(self._invert(change))
         self.response = columns
         free = list(newton.free)
         if free:
