@@ -26,9 +26,11 @@ def pytest_configure(config: pytest.Config) -> None:
         command_line.WARNINGS["PYTHONWARNINGS"] = "error"
 
 
-LONGEST = ("test_fit", "test_documents_commands", "test_faults", "test_sweep", "test_slip_friction", "test_solve_wheelset",
-           "test_run_pictures", "test_layered_stage", "test_sweep_faults", "test_stress_small", "test_worn", "test_stage",
-           "test_creep_table", "test_error_estimates", "test_conicity", "test_service")
+LONGEST = ("test_bearing", "test_history_case", "test_documents_commands", "test_fit", "test_relaxation", "test_solve_wheelset",
+           "test_run_pictures", "test_stress_small", "test_cli_process", "test_faults", "test_tangential", "test_sweep",
+           "test_sweep_faults", "test_slip_friction", "test_stage", "test_wheelset_file", "test_conicity",
+           "test_measured_profiles", "test_thermal_friction", "test_creep_table", "test_worn", "test_report", "test_service",
+           "test_documents", "test_strong_heat", "test_line_contact", "test_determinism", "test_other_systems")
 """Files whose tests take longest: processes that share the files begin with them, so that none is left with one at the end."""
 
 
