@@ -69,6 +69,10 @@ class Window:
 
     def vector(self, field: NDArray[Any]) -> NDArray[Any]:
         """A vector (2, n, m) of the window on the whole grid; zero outside."""
+        if self.mirror is None:
+            full = np.zeros((2, *self.grid))
+            full[:, self.rows, self.columns] = field
+            return full
         return np.stack([self.scalar(part, parity) for part, parity in zip(field, self.mirror or (1, 1), strict=True)])
 
     @property
