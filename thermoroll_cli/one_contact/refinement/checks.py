@@ -37,7 +37,8 @@ def failures(cold: Level, hot: Level | None) -> list[str]:
     isothermal, derived = cold.state, cold.here.derived
     reasons = [f"isothermal state: {reason}" for reason in _state_failures(cold)]
     if not derived.scales.converged:
-        reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
+        what = "stiffness and thickness of the layers" if derived.problem.geometry.elliptic else "profiles"
+        reasons.append(f"the coarse pressure from which the domain follows has not converged: check the {what}")
     if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim and not _too_little(cold):
         coupling, advice = "coupling of pressure and shear", "try a finer or coarser numerics.grid"
         if derived.problem.friction_varies:
