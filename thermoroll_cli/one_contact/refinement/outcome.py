@@ -80,7 +80,8 @@ def state_of_line(state: State) -> State:
     """The `state` of a line contact as it is reported. Its displacements, which are known up to a constant, are 0 where they
     are least."""
     fields = {name: values[:, 0] for name, values in state.fields.items()}
-    fields["displacement_elastic"] = fields["displacement_elastic"] - fields["displacement_elastic"].min()
+    if (displacement := fields.get("displacement_elastic")) is not None:  # states over time may be kept without fields
+        fields["displacement_elastic"] = displacement - displacement.min()
     return State(fields, per_length(state.scalars), state.x, np.zeros(0))
 
 
