@@ -240,6 +240,7 @@ def test_every_block_is_run() -> None:
         "spin_moment_Nmm": ("0.075 N mm", 1.0)}),
     ("polymers", "polymer_roller", {}, {"hysteresis_W": ("4.4 W", 1.0), "rolling_resistance_N": ("2.9 N", 1.0),
                                         "rolling_resistance_moment_Nmm": ("270 N mm", 1.0)}),
+    ("polymers", "polymer_roller", {"force.longitudinal_N": 0.0}, {"rolling_resistance_N": ("2.9 N for the free wheel", 1.0)}),
     ("measured_profiles", "measured_wheelset", {}, {"pressure_max_MPa": ("1274 MPa", 1.0)})])
 def test_numbers_of_pages(name: str, case: str, values: dict[str, object], printed: dict[str, tuple[str, float]]) -> None:
     """Numbers printed on a page, in its unit, are within ± of a run on a coarse grid and half of their last digit."""
