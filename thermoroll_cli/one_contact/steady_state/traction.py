@@ -73,7 +73,7 @@ class Window:
             full = np.zeros((2, *self.grid))
             full[:, self.rows, self.columns] = field
             return full
-        return np.stack([self.scalar(part, parity) for part, parity in zip(field, self.mirror or (1, 1), strict=True)])
+        return np.stack([self.scalar(part, parity) for part, parity in zip(field, self.mirror, strict=True)])
 
     @property
     def both_sides(self) -> Window:
