@@ -18,7 +18,7 @@ from unittest import mock
 import pytest
 
 from tests.support.command_line import PATIENCE, call
-from thermoroll_cli import Case, CaseError, CreepForceTable, solve
+from thermoroll_cli import Case, CaseError, CreepForceTable, conicity, solve
 
 ROOT = Path(__file__).parents[2]
 GRID = 12
@@ -252,6 +252,12 @@ def test_numbers_of_pages(name: str, case: str, values: dict[str, object], print
         last_digit = 10.0 ** -len(number.partition(".")[2])
         error = result.uncertainty[scalar] / unit + 0.5 * last_digit
         assert result[scalar] / unit == pytest.approx(float(number), rel=0.0, abs=error), scalar
+
+
+def test_the_conicity_of_the_measured_wheelset_is_that_of_its_page() -> None:
+    assert "conicity at 3 mm is 0.050" in page("measured_profiles")
+    found = conicity(Case.read(ROOT / "cases" / "measured_wheelset.toml"), [3.0])
+    assert found.conicity == pytest.approx([0.050], abs=5e-4)
 
 
 def test_measured_profiles(place: Path) -> None:
