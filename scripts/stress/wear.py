@@ -12,7 +12,7 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
 from thermoroll_cli.problem.problem import BODIES, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
-from thermoroll_cli.studies.worn.evolution import ContactState, evolution, line_load, worn_apart, worn_geometry
+from thermoroll_cli.studies.worn.evolution import ContactState, evolution, line_load, worn_geometry
 from thermoroll_cli.studies.worn.steps import REACHED
 
 KINDS = ("cubic", "linear", "arcs", "crown", "radius")
@@ -61,7 +61,7 @@ def violations(problem: Problem, last: ContactState) -> list[str]:
     """Faults of the last state of an evolution."""
     wear, result, found = problem.wear, last.result, []
     assert wear is not None and result is not None
-    apart = worn_apart(problem, last)
+    apart = "wear apart" in last.reason
     if last.steps < MOST_STEPS and not apart and not last.deepest >= (1.0 - 2.0 * REACHED) * wear.depth:
         found.append(f"worn by {last.deepest:g} m, not {wear.depth:g} m")
     geometry = worn_geometry(problem.geometry, last.rows, last.worn)

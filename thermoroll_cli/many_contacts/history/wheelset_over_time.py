@@ -77,7 +77,7 @@ class _PatchOverTime:
 
     def hold(self, derived: DerivedQuantities) -> None:
         """Let the patch take the place of the contact of a problem, too."""
-        domain = derived.scales.domain(2.0)
+        domain = derived.scales.domain(2.0)  # without room around the contact
         self.length = max(self.length, domain.side_x + 2.0 * abs(domain.centre_x))
         self.low = min(self.low, domain.centre - 0.5 * domain.side_y)
         self.high = max(self.high, domain.centre + 0.5 * domain.side_y)

@@ -59,17 +59,6 @@ class ContactState(WearState):
         return replace(self, rows=rows, worn=worn, sizes=dict.fromkeys(BODIES, rows.size))
 
 
-def worn_apart(problem: Problem, state: ContactState) -> bool:
-    """Whether bodies at a given distance carry almost no load."""
-    assert state.result is not None
-    given, left = problem.approach, state.result.problem.approach
-    if given is None or left is None:
-        return False
-    # Approaches count from where worn bodies touch first, which may be a ridge between two rows.
-    load, unworn = state.result.coupled.scalars["normal_N"], DerivedQuantities(problem).scales.normal_force
-    return left < APART * given or load < APART**1.5 * unworn
-
-
 def line_load(result: Result) -> Array:
     """∫ p dx in N/m over the y of the result, (ny,)."""
     x = result.coupled.x
@@ -102,13 +91,14 @@ def evolution(problem: Problem, start: ContactState | None = None, *, threads: i
     wear = problem.wear
     assert wear is not None
     solver = Solver(threads)
+    load = problem.normal_force if problem.approach is None else DerivedQuantities(problem).scales.normal_force
 
     def solved(state: ContactState) -> ContactState:
         nonlocal solver
         if state.steps % STEPS_FROM_COLD == 0:
             solver = Solver(threads)
         worn, state = _followed(problem, state)
-        return _solved(problem, state, solver.solve(worn))
+        return _solved(problem, load, state, solver.solve(worn))
 
     grid = problem.numerics.grid
     if grid is None:
@@ -126,8 +116,8 @@ def evolution(problem: Problem, start: ContactState | None = None, *, threads: i
     return steps_of(wear, start, solved, lambda state: _columns(problem, wear, state))
 
 
-def _solved(problem: Problem, state: ContactState, result: Result) -> ContactState:
-    """`state` with its result and what follows from it."""
+def _solved(problem: Problem, load: float, state: ContactState, result: Result) -> ContactState:
+    """`state` with its result and what follows from it; the unworn bodies carry `load` (N)."""
     wear = result.problem.wear
     assert wear is not None
     half, dx = 0.5 * float(result.y[1] - result.y[0]), float(result.x[1] - result.x[0])
@@ -142,8 +132,10 @@ def _solved(problem: Problem, state: ContactState, result: Result) -> ContactSta
         **{name: (result[name], result.uncertainty[name]) for name in OF_RESULT if name in result.scalars}})
     if not result.converged:
         return replace(state, reason=f"step {state.steps} did not converge: {result.reason}")
-    if worn_apart(problem, state) and not reached(wear, state):
-        left = result.coupled.scalars["normal_N"]
+    # Approaches count from where worn bodies touch first, which may be a ridge between two rows.
+    left, given, approach = result.coupled.scalars["normal_N"], problem.approach, result.problem.approach
+    apart = given is not None and approach is not None and (approach < APART * given or left < APART**1.5 * load)
+    if apart and not reached(wear, state):
         return replace(state, reason=f"the bodies wear apart at the given distance: {left:.3g} N are left")
     return replace(state, longest=_longest(wear, state, result))
 
