@@ -23,7 +23,7 @@ from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.columns import Columns
-from thermoroll_cli.problem.names import DIAGRAMS, unit_of
+from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, unit_of
 from thermoroll_cli.studies.sweeps import table_picture
 from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
@@ -86,6 +86,14 @@ def test_a_share_has_no_band_outside_zero_and_one() -> None:
     bands = np.vstack([path.vertices for band in axes.collections for path in band.get_paths()])[:, 1]
     assert (bands.min(), bands.max()) == (0.0, 1.0)
     assert axes.get_ylim()[0] >= -0.05 and axes.get_ylim()[1] <= 1.05
+
+
+@pytest.mark.parametrize(("name", "lowest"), [("pressure_max_MPa", 0.0), ("force_x_N", -100.0)])
+def test_largest_values_have_no_band_below_zero(name: str, lowest: float) -> None:
+    columns = table(**{name: [300.0] * 4 + [200.0] * 4, f"uncertainty.{name}": [300.0] * 8})
+    axes = diagram(drawn(columns, OVER), ALL_SCALARS[name].diagram)
+    bands = np.vstack([path.vertices for band in axes.collections for path in band.get_paths()])[:, 1]
+    assert bands.min() == lowest and (axes.get_ylim()[0] > -60.0) == (lowest == 0.0)
 
 
 @pytest.mark.parametrize("names", [("shift_x_um", "shift_y_um"), ("track_force_y_left_N", "track_force_y_right_N"),

@@ -158,14 +158,15 @@ def _draw_diagram(
     handles: list[Artist] = []
     cold = merged(table, [ISOTHERMAL + name for name in names])
     largest = float(np.nanmax(np.abs(values)))
+    share, positive = names[0] == "gamma_st", names[0] == "gamma_st" or ("_max_" in names[0] and np.nanmin(values) >= 0.0)
     falling = table.get("falling_friction_criterion", np.full(len(values), math.nan)) > 0.0
     for line in lines:
         rows = line.rows[np.isfinite(values[line.rows])]
         axes.plot(x[rows], values[rows], color=line.colour, marker="o" if rows.size <= 30 else "", markersize=2.2)
         if error[rows].any():
             band = values[rows] - error[rows], values[rows] + error[rows]
-            if names[0] == "gamma_st":
-                band = np.maximum(band[0], 0.0), np.minimum(band[1], 1.0)
+            if positive:
+                band = np.maximum(band[0], 0.0), np.minimum(band[1], 1.0 if share else math.inf)
             axes.fill_between(x[rows], *band, color=line.colour, alpha=0.25, linewidth=0.0)
         if cold is not None and np.nanmax(np.abs(cold[rows] - values[rows]), initial=0.0) > style.VISIBLE * largest:
             axes.plot(x[rows], cold[rows], color=line.colour, linestyle=style.DASHED, linewidth=0.9)
@@ -184,9 +185,10 @@ def _draw_diagram(
             axes.plot(curve["place"], curve[names[0]], color=line.colour, linestyle=THEORY_LOOKS[theory], linewidth=0.9)
             handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
     style.not_closer_than(axes, float(error.max(initial=0.0)))
-    if names[0] == "gamma_st":
+    if positive:
         low, high = axes.get_ylim()
-        axes.set_ylim(max(low, -0.05), min(high, 1.05))
+        high = min(high, 1.05) if share else high
+        axes.set_ylim(max(low, -0.04 * high), high)
     # A point that failed has no value: it is marked at the foot, above each other where several lines fail at one place.
     failed = [line for line in lines if line.missed.size]
     for place, line in enumerate(failed):
