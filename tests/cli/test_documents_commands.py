@@ -18,9 +18,9 @@ from unittest import mock
 import pytest
 
 from tests.support.command_line import PATIENCE, call
-from thermoroll_cli import Case, CaseError, CreepForceTable, conicity, solve
+from tests.support.documents import ROOT, page
+from thermoroll_cli import Case, CaseError, CreepForceTable, solve
 
-ROOT = Path(__file__).parents[2]
 GRID = 12
 SMALLER = (
     (r"(=[\d.]+:[\d.]+):\d+", r"\1:2"),  # two values of each key
@@ -48,10 +48,6 @@ WITH_TESTS = ("commands", "ci", "import", "measured_profiles", "record_over_time
 """Pages whose commands have a test of their own, which looks at what they write."""
 SCRIPTS = ("wheelset",)
 """Pages with scripts that begin from a result of a contact."""
-
-
-def page(name: str) -> str:
-    return (ROOT / ("" if name == "README" else "docs") / f"{name}.md").read_text(encoding="utf-8")
 
 
 def blocks(name: str, kind: str) -> list[str]:
@@ -226,38 +222,6 @@ def test_every_block_is_run() -> None:
     read |= {(name, kind) for name, kind in found if kind in ("sh", "toml")} | {(name, "python") for name in SCRIPTS}
     # The record is what a file holds, shown beside its command.
     assert found - read - elsewhere - {("record_over_time", "text")} == set()
-
-
-@pytest.mark.parametrize(("name", "case", "values", "printed"), [
-    ("line_contacts", "gear_pair", {}, {"pressure_max_MPa": ("273.970 ±", 1.0), "gamma_st": ("0.3115 ±", 1.0),
-                                        "force_x_N_mm": ("0.67725 ±", 1.0), "contact_width_mm": ("0.029046 mm", 2.0)}),
-    ("line_contacts", "gear_pair", {"creepage.longitudinal": 0.2}, {"Q_F_W_mm": ("0.450000 ±", 1.0)}),
-    ("examples", "wheel_rail", {}, {"pressure_max_MPa": ("763.8 ±", 1.0), "force_x_N": ("24.76 ±", 1e3),
-                                    "Q_F_W": ("1446 ±", 1.0), "temperature_rise_max_lower_K": ("10.5 K", 1.0)}),
-    ("examples", "wheel_rail", {"rolling.differential_slip": False}, {"force_x_N": ("25.17 ±", 1e3)}),
-    ("examples", "coated_ball", {"creepage.spin_rad_mm": 0.005}, {
-        "pressure_max_MPa": ("841.5 ±", 1.0), "force_x_N": ("4.09 N", 1.0), "force_y_N": ("−0.14 N", 1.0),
-        "spin_moment_Nmm": ("0.075 N mm", 1.0)}),
-    ("polymers", "polymer_roller", {}, {"hysteresis_W": ("4.4 W", 1.0), "rolling_resistance_N": ("2.9 N", 1.0),
-                                        "rolling_resistance_moment_Nmm": ("270 N mm", 1.0)}),
-    ("polymers", "polymer_roller", {"force.longitudinal_N": 0.0}, {"rolling_resistance_N": ("2.9 N for the free wheel", 1.0)}),
-    ("measured_profiles", "measured_wheelset", {}, {"pressure_max_MPa": ("1274 MPa", 1.0)})])
-def test_numbers_of_pages(name: str, case: str, values: dict[str, object], printed: dict[str, tuple[str, float]]) -> None:
-    """Numbers printed on a page, in its unit, are within ± of a run on a coarse grid and half of their last digit."""
-    grid = {"gear_pair": 64, "wheel_rail": 24}.get(case, 16)
-    result = solve(Case.read(ROOT / "cases" / f"{case}.toml").with_values({"numerics.grid": grid, **values}))
-    for scalar, (text, unit) in printed.items():
-        number = text.split()[0].replace("−", "-")
-        assert text in page(name), text
-        last_digit = 10.0 ** -len(number.partition(".")[2])
-        error = result.uncertainty[scalar] / unit + 0.5 * last_digit
-        assert result[scalar] / unit == pytest.approx(float(number), rel=0.0, abs=error), scalar
-
-
-def test_the_conicity_of_the_measured_wheelset_is_that_of_its_page() -> None:
-    assert "conicity at 3 mm is 0.050" in page("measured_profiles")
-    found = conicity(Case.read(ROOT / "cases" / "measured_wheelset.toml"), [3.0])
-    assert found.conicity == pytest.approx([0.050], abs=5e-4)
 
 
 def test_measured_profiles(place: Path) -> None:

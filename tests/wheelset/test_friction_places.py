@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
+from tests.support.documents import printed
 from tests.support.sampling import sampled
 from tests.support.wheelsets import ROOT, case_named
 from thermoroll_cli import Case, CaseError, solve
@@ -39,11 +40,20 @@ def forces(result, side="right"):
     return np.array([result[f"track_force_{way}_{side}_N"] for way in "xy"])
 
 
-@pytest.mark.parametrize(("patches", "theirs", "within"), [("planar", (-608.6, 1417.0), 20.0),
-                                                           ("curved", (-613.9, 1387.0), 5.0)])  # fmt: skip
-def test_forces_with_a_lubricated_flange_are_those_of_contact(patches, theirs, within):
+def assert_is_printed(result, theirs, text):
+    """The row of docs/wheelset.md has CONTACT's forces and, within ± and the printed digits, those found here."""
+    *others, x, y = printed("wheelset", text)
+    assert [number.value for number in others[-2:]] == [float(f"{value:.0f}") for value in theirs]
+    for way, number, found in zip("xy", (x, y), forces(result), strict=True):
+        assert found == pytest.approx(number.value, abs=number.rounding + result.uncertainty[f"track_force_{way}_right_N"])
+
+
+@pytest.mark.parametrize(("patches", "theirs", "within", "row"), [
+    ("planar", (-608.6, 1417.0), 20.0, "−609, 1417; −613, 1400"), ("curved", (-613.9, 1387.0), 5.0, "−614, 1387; −614, 1388")])
+def test_forces_with_a_lubricated_flange_are_those_of_contact(patches, theirs, within, row):
     result = right_wheel({"over_angle": CONTACT_EXAMPLE}, patches, grid=32)
     np.testing.assert_allclose(forces(result), theirs, atol=within)
+    assert_is_printed(result, theirs, row)
     (patch,) = result.patches
     local = patch.fields["friction_coefficient"][patch.fields["pressure"] > 0.0]
     assert local.min() == pytest.approx(0.2, abs=1e-3) and 0.21 < local.max() < 0.3
@@ -51,15 +61,16 @@ def test_forces_with_a_lubricated_flange_are_those_of_contact(patches, theirs, w
     assert patch["friction_limit_N"] == pytest.approx(patch["friction_mean"] * patch.problem.normal_force, rel=0.01)
 
 
-@pytest.mark.parametrize(("patches", "theirs", "within"), [("planar", (-630.1, 468.6), 2.0),
-                                                           ("curved", (-657.6, 562.9), 5.0)])  # fmt: skip
-def test_forces_of_tread_and_flange_are_those_of_contact(patches, theirs, within):
+@pytest.mark.parametrize(("patches", "theirs", "within", "row"), [
+    ("planar", (-630.1, 468.6), 2.0, "−630, 469; −629, 468"), ("curved", (-657.6, 562.9), 5.0, "−658, 563; −658, 565")])
+def test_forces_of_tread_and_flange_are_those_of_contact(patches, theirs, within, row):
     """Two patches 10 mm apart share the load, one on the dry tread, one on the flange's root. CONTACT keeps them apart only if
     its D_SEP and D_COMB are smaller than 10 mm, here 0.3 and 0.2 mm. With 6 and 3 mm, as in its example, it turns the tread's
     patch from 7.6 to 14.2 degrees on the way to one patch: (−637.4, 646.3) N. Its conformal patch (0.1 mm) holds both."""
     result = right_wheel({"over_angle": CONTACT_EXAMPLE}, patches, grid=32, name="A2.2 right y=5.0 apart")
     assert [patch["friction_mean"] for patch in result.patches] == pytest.approx([0.2289, 0.3], abs=2e-4)
     np.testing.assert_allclose(forces(result), theirs, atol=within)
+    assert_is_printed(result, theirs, row)
 
 
 def test_constant_points_change_nothing_and_a_mirrored_wheelset_mirrors():

@@ -1,0 +1,302 @@
+"""Numbers that the README and the pages print are those of the program: a page is read, and what it says is solved again.
+
+Tables between `<!-- table … -->` are written by scripts, and what the tutorial shows by `make figures`."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.special import ellipe
+
+from tests.support.command_line import call
+from tests.support.documents import ROOT, page, printed
+from thermoroll_cli import Case, conicity, solve
+from thermoroll_cli.cli.cases import template_text
+from thermoroll_cli.problem.result import Result
+
+
+class Claim(NamedTuple):
+    """What a page says of a case with other values for some keys: scalars ("ball_1_inner.normal_N" of an assembly's contact),
+    each with the text that begins with its number, and its unit over that of the scalar. `grid`: a coarser one on which the
+    claim is tried; None: in the slow test alone."""
+
+    page: str
+    case: str
+    values: dict[str, Any]
+    grid: int | None
+    says: tuple[tuple[str, str, float], ...]
+
+
+TOOTH = {"material.conductivity_W_mK": 46.6, "material.expansion_um_mK": 11.7, "material.diffusivity_mm2_s": 12.5,
+         "creepage.longitudinal": 0.2, "rolling.speed_m_s": 60.0, "thermal.heat": True,
+         "thermal.partition": "matched"}  # fmt: skip
+"""Steel teeth with β = 13.2 kJ/(m² K √s), far from the pitch point."""
+CLAIMS = (
+    Claim("line_contacts", "gear_pair", {}, 64, (
+        ("pressure_max_MPa", "273.970 ± 0.004 MPa", 1.0), ("gamma_st", "0.3115 ± 0.0004", 1.0),
+        ("force_x_N_mm", "0.67726 ± 0.00007 N/mm", 1.0), ("contact_width_mm", "0.029046 mm", 2.0))),
+    Claim("line_contacts", "gear_pair", {"creepage.longitudinal": 0.2}, 64, (
+        ("Q_F_W_mm", "0.450000 ± 0.000007 W/mm", 1.0), ("force_x_N_mm", "0.75 N/mm", 1.0))),
+    Claim("line_contacts", "gear_pair", TOOTH | {"thermal.deformation": False}, 64, (
+        ("temperature_rise_max_lower_K", "6.4372 ± 0.0001 K", 1.0),)),
+    Claim("line_contacts", "gear_pair", TOOTH, 64, (("temperature_rise_max_lower_K", "6.441 K with the expansion", 1.0),)),
+    Claim("examples", "wheel_rail", {}, 24, (
+        ("pressure_max_MPa", "763.8 ± 0.6 MPa", 1.0), ("force_x_N", "24.76 ± 0.02 kN", 1e3), ("Q_F_W", "1446 ± 1 W", 1.0),
+        ("temperature_rise_max_lower_K", "10.5 K", 1.0))),
+    Claim("examples", "wheel_rail", {"rolling.differential_slip": False}, 24, (("force_x_N", "25.17 ± 0.02 kN", 1e3),)),
+    Claim("examples", "coated_ball", {"creepage.spin_rad_mm": 0.005}, 16, (
+        ("pressure_max_MPa", "841.6 ± 0.8 MPa", 1.0),
+        ("contact_area_mm2", "1.010 ± 0.011 of π a₀ b₀", math.pi * 0.0541 * 0.524),
+        ("force_x_N", "4.04 N", 1.0), ("force_y_N", "−0.15 N", 1.0), ("spin_moment_Nmm", "0.083 N mm", 1.0),
+        ("layer_tension_max_upper_MPa", "230 ± 70 MPa (N = 64)", 1.0))),
+    Claim("examples", "coated_ball", {}, None, (("force_x_N", "4.43 N without spin", 1.0),)),
+    Claim("examples", "coated_ball", {"creepage.spin_rad_mm": 0.005, "numerics.grid": 192}, None, (
+        ("layer_tension_max_upper_MPa", "220 ± 30 MPa (N = 192)", 1.0),)),
+    Claim("polymers", "polymer_roller", {}, 16, (
+        ("hysteresis_W", "4.4 W", 1.0), ("rolling_resistance_N", "2.9 N", 1.0),
+        ("rolling_resistance_moment_Nmm", "270 N mm", 1.0), ("rolling_resistance_moment_Nmm", "2.7 N.", 100.0))),
+    Claim("polymers", "polymer_roller", {"force.longitudinal_N": 0.0}, 16, (
+        ("rolling_resistance_N", "2.9 N for the free wheel", 1.0),)),
+    Claim("polymers", "polymer_roller", {"creepage.longitudinal": 0.0}, None, (("force_x_N", "−112 N", 1.0),)),
+    Claim("measured_profiles", "measured_wheelset", {}, 16, (("pressure_max_MPa", "1274 MPa", 1.0),)),
+    Claim("measured_profiles", "measured_wheelset", {
+        "track.rail_profile.smoothing_mm": 0.0, "wheelset.wheel_profile.smoothing_mm": 0.0, "numerics.grid": 64}, None, (
+        ("pressure_max_MPa", "2460 MPa", 1.0),)),
+    Claim("bearing", "angular_contact", {"bearing.control": "outer"}, 16, (
+        ("ball_1_inner.contact_angle_deg", "47.8°, 34.4°", 1.0), ("ball_1_outer.contact_angle_deg", "34.4° | 49.1°", 1.0),
+        ("ball_1_inner.contact_angle_deg", "47.8°, with race control", 1.0),
+        ("ball_1_outer.contact_angle_deg", "34.4°, that of the inner", 1.0),
+        ("ball_1_inner.ball_pitch_deg", "29.42°", 1.0), ("ball_1_inner.ball_pitch_deg", "29.4° | 31.6°", 1.0),
+        ("ball_1_inner.cage_speed_rad_s", "0.4464 of the inner ring's speed", 1e4 * math.pi / 30.0),
+        ("ball_1_inner.spin_to_roll", "0.4235", -1.0), ("ball_1_inner.spin_to_roll", "0.42 | 0.41", -1.0),
+        ("ball_1_outer.spin_to_roll", "0 | 0.076", -1.0), ("torque_Nmm", "1.91 N m", 1e3))),
+    Claim("bearing", "angular_contact", {}, None, (
+        ("ball_1_inner.contact_angle_deg", "49.1°, 32.5°", 1.0), ("ball_1_outer.contact_angle_deg", "32.5° |", 1.0),
+        ("ball_1_inner.spin_to_roll", "0.41 |", -1.0), ("ball_1_outer.spin_to_roll", "0.076 |", -1.0),
+        ("ball_1_inner.ball_pitch_deg", "31.6° |", 1.0), ("torque_Nmm", "2.34 N m", 1e3))))  # fmt: skip
+
+
+def of_claim(claim: Claim, **values: Any) -> Result:
+    case = Case.read(ROOT / "cases" / f"{claim.case}.toml").with_values({**claim.values, **values})
+    result = solve(case)
+    assert result.converged, result.reason
+    return result
+
+
+def number_of(result: Result, name: str) -> tuple[float, float]:
+    """A scalar, and its estimated error."""
+    contact, _, scalar = name.rpartition(".")
+    record = next(each.record for each in result.contacts if each.name == contact) if contact else result.scalars
+    errors = record["uncertainty"] if contact else result.uncertainty
+    return record[scalar], errors.get(scalar, 0.0)
+
+
+@pytest.mark.parametrize("claim", [claim for claim in CLAIMS if claim.grid], ids=lambda claim: f"{claim.page}-{claim.case}")
+def test_numbers_of_pages(claim: Claim) -> None:
+    """On a coarse grid they are met within its ± and the printed digits."""
+    result = of_claim(claim, **{"numerics.grid": claim.grid})
+    for name, text, unit in claim.says:
+        value, error = number_of(result, name)
+        first, *_ = printed(claim.page, text)
+        assert value / unit == pytest.approx(first.value, rel=0.0, abs=error / abs(unit) + first.rounding), (name, text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: f"{claim.page}-{claim.case}")
+def test_numbers_of_pages_on_the_grid_of_the_case(claim: Claim) -> None:
+    """Every printed digit, also of the estimated error behind ±."""
+    result = of_claim(claim)
+    for name, text, unit in claim.says:
+        value, error = number_of(result, name)
+        first, *others = printed(claim.page, text)
+        assert value / unit == pytest.approx(first.value, rel=0.0, abs=1.001 * first.rounding), (name, text)
+        if "±" in text:
+            assert error / unit == pytest.approx(others[0].value, rel=0.0, abs=1.001 * others[0].rounding), (name, text)
+
+
+def test_the_conicity_of_the_measured_wheelset_is_that_of_its_page() -> None:
+    value, rounding = printed("measured_profiles", "0.050 here. `NAME_contacts.csv`")[0]
+    found = conicity(Case.read(ROOT / "cases" / "measured_wheelset.toml"), [3.0])
+    assert found.conicity == pytest.approx([value], abs=rounding)
+
+
+def test_numbers_of_the_readme() -> None:
+    result = solve(Case.parse(template_text("wheel-rail")))
+    shown = re.findall(r"^  (\w+) +([\d.]+) ± ([\d.]+)", page("README"), re.MULTILINE)
+    assert len(shown) == 5
+    for name, value, error in shown:
+        assert result[name] == pytest.approx(float(value), abs=2.0 * float(error)), name
+        assert result.uncertainty[name] == pytest.approx(float(error), rel=0.3), name
+    force, limit, share = printed("README", "25.0 kN of the 30 kN that friction allows; 38 % of the contact sticks")
+    assert result["force_x_N"] == pytest.approx(1e3 * force.value, abs=1e3 * force.rounding)
+    assert result["friction_limit_N"] == pytest.approx(1e3 * limit.value)
+    assert 100.0 * result["gamma_st"] == pytest.approx(share.value, abs=share.rounding)
+
+
+def test_resistances_of_the_polymer_roller_are_those_of_its_picture() -> None:
+    """`make figures` writes them beside the picture; the page rounds them."""
+    numbers = json.loads((ROOT / "docs" / "figures" / "numbers.json").read_text(encoding="utf-8"))["polymer roller"]
+    speed, whole = printed("polymers", "0.5 m/s, with 0.5 % of the load")
+    tread, thin, _ = printed("polymers", "0.4 % for the tread, 0.2 % for 2 mm")
+    assert numbers["whole wheel"]["at m/s"] == pytest.approx(speed.value, abs=speed.rounding)
+    for name, share in (("whole wheel", whole), ("tread of 9.5 mm", tread), ("tread of 2 mm", thin)):
+        assert 100.0 * numbers[name]["largest resistance over load"] == pytest.approx(share.value, abs=share.rounding), name
+
+
+# --- calculations by hand -------------------------------------------------------------------------------------------------
+
+
+def says(name: str, text: str, *values: float) -> None:
+    """The first numbers of `text` on a page are `values` in its digits."""
+    for (shown, rounding), value in zip(printed(name, text)[: len(values)], values, strict=True):
+        assert value == pytest.approx(shown, rel=0.0, abs=1.001 * rounding), (text, shown)
+
+
+def test_the_gear_pair_by_hand() -> None:
+    radius, modulus, load, friction = 6.0, 206e3 / (2.0 * 0.91), 12.5, 0.06
+    half = math.sqrt(4.0 * load * radius / (math.pi * modulus))
+    saturation = friction * half / radius
+    stick = 1.0 - 2e-4 / saturation
+    says("line_contacts", "113.2 GPa", 1e-3 * modulus)
+    says("line_contacts", "0.0290 mm; p₀", half)
+    says("line_contacts", "274 MPa. 3. All", 2.0 * load / (math.pi * half))
+    says("line_contacts", "2.90e-4 on", saturation)
+    says("line_contacts", "0.311 sticks", stick)
+    says("line_contacts", "0.677 N/mm (Carter", friction * load * (1.0 - stick**2))
+    says("line_contacts", "0.75 N/mm, and the heat is FVξ = 0.45 W", friction * load, friction * load * 3.0 * 0.2)
+    effusivity = 46.6 / math.sqrt(12.5e-6)
+    says("line_contacts", "13.2 kJ/(m² K √s)", 1e-3 * effusivity)
+
+    def flash(speed: float) -> float:
+        roots = effusivity * (math.sqrt(1.1 * speed) + math.sqrt(0.9 * speed))
+        return 1.11e3 * friction * load * 0.2 * speed / (roots * math.sqrt(2e-3 * half))
+
+    says("line_contacts", "1.44 K at 3 m/s", flash(3.0))
+    says("line_contacts", "6.43 K at 60 m/s", flash(60.0))
+
+
+def test_the_bearing_by_hand() -> None:
+    """What its race control gives is in CLAIMS."""
+    ball, pitch = 22.225e-3, 125.26e-3
+    mass = 7800.0 * math.pi * ball**3 / 6.0
+    says("bearing", "1.0312 mm. At rest", 1e3 * (2.0 * 0.5232 - 1.0) * ball)
+    says("bearing", "44.8 g is 614 N", 1e3 * mass, 0.5 * mass * pitch * (0.4464e4 * math.pi / 30.0) ** 2)
+    record = solve(Case.read(ROOT / "cases" / "angular_contact.toml").with_values({"bearing.inner_rpm": 0.0})).patches[0].record
+    says("bearing", "41.50°: each carries", record["contact_angle_deg"])
+    says("bearing", "1678.9 N", record["normal_N"])
+
+
+def test_the_wheel_and_the_coated_ball_by_hand() -> None:
+    wheel = solve(Case.read(ROOT / "cases" / "wheel_rail.toml").with_values({"numerics.grid": 24, "thermal.heat": False}))
+    a, b = wheel["hertz_a_mm"], wheel["hertz_b_mm"]
+    says("examples", "5.911 mm · 10.575 mm) = 763.8 MPa", a, b, 1.5e5 / (math.pi * a * b))
+    saturation = 9e4 / (4.0 * 82e3 * a * b)
+    says("examples", "62.5 mm²) = 0.0044", a * b)
+    says("examples", "0.0044 | |", saturation)
+    says("examples", "25.2 kN | 24.76", 30.0 * (1.0 - (1.0 - 0.002 / saturation) ** 3))
+    force, spin = printed("examples", "49.6 N + 0.4 N")
+    assert 30.0 * (force.value + spin.value) == pytest.approx(printed("examples", "1500 W; at most μWVξ_x = 1800 W")[0].value)
+    ball = Case.read(ROOT / "cases" / "coated_ball.toml")
+    bare = solve(Case.from_dict({**{key: value for key, value in json.loads(ball.to_json()).items() if key != "subsurface"},
+                                 "material": without_layers(ball)}).with_values({"numerics.grid": 16}))
+    a, b, peak = (bare[name] for name in ("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa"))
+    says("examples", "0.0541 mm, 0.524 mm, 842 MPa", a, b, peak)
+    says("examples", "1.0 N mm | 0.083", 0.375 * 5.0 * b * float(ellipe(1.0 - (a / b) ** 2)))
+    saturation = 3.0 * 5.0 / (4.0 * 210e3 / 2.6 * a * b)
+    says("examples", "0.00164)³] = 3.3 N", saturation, 5.0 * (1.0 - (1.0 - 0.0005 / saturation) ** 3))
+    tension = peak * ((1.0 - 2.0 * 0.3) / 3.0 + math.pi * 0.1 * 4.3 / 8.0)
+    says("examples", "254 MPa, times E_coating/E_steel = 1.19: 303 MPa", tension, 250.0 / 210.0, tension * 250.0 / 210.0)
+
+
+def without_layers(case: Case) -> dict[str, Any]:
+    material = json.loads(case.to_json())["material"]
+    return {body: {key: value for key, value in keys.items() if key != "layers"} for body, keys in material.items()}
+
+
+def test_the_polymer_roller_by_hand() -> None:
+    roller = Case.read(ROOT / "cases" / "polymer_roller.toml")
+    ((tread),) = json.loads(roller.to_json())["material"]["upper"]["layers"]
+    half, omega = 6.4e-3, 1.5 / 6.4e-3
+    says("polymers", "4.3 ms. At", 1e3 * half / 1.5)
+    says("polymers", "234 1/s", omega)
+    stored = 1.0 - sum(share / (1.0 + (omega * time) ** 2) for share, time in tread["relaxation"])
+    lost = sum(share * omega * time / (1.0 + (omega * time) ** 2) for share, time in tread["relaxation"])
+    says("polymers", "0.63$ and", stored)
+    says("polymers", "0.070$: a loss tangent of 0.11", lost, lost / stored)
+    says("polymers", "9.6 N. 3.", 3.0 / 16.0 * 800.0 * half / 0.1)
+    says("polymers", "0.35: 3.3 N", math.pi * lost / stored, 9.6 * math.pi * lost / stored)
+
+
+@pytest.mark.slow
+def test_the_contact_of_the_polymer_roller() -> None:
+    contact = solve(Case.read(ROOT / "cases" / "polymer_roller.toml"))
+    inside = contact.fields["pressure"] > 0.0
+    for text, axis, places in (("12.8 mm long", 1, contact.x), ("32 mm wide", 0, contact.y)):
+        (length,) = printed("polymers", text)
+        step = 1e3 * float(places[1] - places[0])
+        assert np.count_nonzero(inside.any(axis=axis)) * step == pytest.approx(length.value, abs=2.0 * step)
+
+
+# --- contacts over time and wear ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_the_corrugated_rail() -> None:
+    """Force and heat of the last wave beside the steady state of each row: sines of its length, fitted."""
+    case = Case.read(ROOT / "cases" / "corrugation.toml")
+    history = solve(case).history
+    assert history is not None
+    last = np.array(history["distance_mm"]) >= 80.0 - 1e-6
+    settings = (ROOT / "cases" / "corrugation.toml").read_text(encoding="utf-8").partition("[history]")[0]
+    constant = Case.parse(f"{settings}[creepage]\nlongitudinal = 0.0")
+    steady = [solve(constant.with_values({"load.normal_N": load, "creepage.longitudinal": creepage}))
+              for load, creepage in zip(history["load.normal_N"], history["creepage.longitudinal"], strict=True)]
+    wave = 2.0 * math.pi / 40.0 * np.array(history["distance_mm"])[last]
+    shapes = np.stack([np.ones_like(wave), np.cos(wave), np.sin(wave)], axis=1)
+
+    def sine(values: list[float]) -> tuple[float, complex]:
+        mean, cosine, sinus = np.linalg.lstsq(shapes, np.array(values)[last], rcond=None)[0]
+        return float(mean), complex(cosine, sinus)
+
+    shown = iter(printed("record_over_time", """±2.84 kN about 10.6 kN: 71 % of what steady solutions give, and 44° later along
+                                             the wave; the frictional heat has 59 % and is 79° later"""))
+    for name in ("force_x_N", "Q_F_W"):
+        (mean, there), (_, quiet) = sine(history[name]), sine([result[name] for result in steady])
+        ratio = there / quiet
+        found = [100.0 * abs(ratio), math.degrees(math.atan2(ratio.imag, ratio.real))]
+        for value in ([1e-3 * abs(there), 1e-3 * mean] if name == "force_x_N" else []) + found:
+            text = next(shown)
+            assert value == pytest.approx(text.value, rel=0.0, abs=1.001 * text.rounding)
+    (worst,) = printed("record_over_time", "2.2 % of μW for the force")
+    errors = 100.0 * np.array(history["uncertainty.force_x_N"]) / np.array(history["friction_limit_N"])
+    assert errors.max() == pytest.approx(worst.value, abs=worst.rounding)
+
+
+def test_the_record_that_is_shown_is_the_beginning_of_the_file() -> None:
+    (shown,) = re.findall(r"```text\n(.*?)```", page("record_over_time"), re.DOTALL)
+    assert (ROOT / "cases" / "corrugation.csv").read_text(encoding="utf-8").startswith(shown)
+
+
+@pytest.mark.slow
+def test_the_worn_measured_wheel(tmp_path: Path) -> None:
+    case = ROOT / "cases" / "measured_wheelset.toml"
+    done = call("wear", case, "--set", "numerics.grid=16", "--no-plots", "-o", tmp_path)
+    assert done.returncode == 0, done.stderr
+    with (tmp_path / "measured_wheelset_wear.csv").open(encoding="utf-8") as file:
+        new, *_, worn = csv.DictReader(file)
+    mass, mass_error, depth, depth_error, *_ = printed(
+        "measured_profiles", "0.11 ± 0.01 kg and 0.37 ± 0.06 mm in 10,000 km, and the conicity rises from 0.05 to 0.13")
+    *_, before, after = printed("measured_profiles", "the conicity rises from 0.05 to 0.13")
+    for name, unit, shown, error in (("worn_mass_wheel_right_kg", 1.0, mass, mass_error),
+                                     ("depth_max_wheel_right_um", 1e3, depth, depth_error)):
+        assert float(worn[name]) / unit == pytest.approx(shown.value, abs=shown.rounding), name
+        assert float(worn[f"uncertainty.{name}"]) / unit == pytest.approx(error.value, abs=error.rounding), name
+    assert float(new["conicity_3mm"]) == pytest.approx(before.value, abs=before.rounding)
+    assert float(worn["conicity_3mm"]) == pytest.approx(after.value, abs=after.rounding)

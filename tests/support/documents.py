@@ -1,0 +1,35 @@
+"""Pages of the documents, and the numbers that they print."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+NUMBER = re.compile(r"(−|-)?(\d+(?:,\d{3})*)(?:\.(\d+))?(?:e([−-]?\d+))?")
+
+
+class Printed(NamedTuple):
+    """A number as printed, and half a unit of its last digit."""
+
+    value: float
+    rounding: float
+
+
+def page(name: str) -> str:
+    return (ROOT / ("" if name == "README" else "docs") / f"{name}.md").read_text(encoding="utf-8")
+
+
+def printed(name: str, text: str) -> list[Printed]:
+    """The numbers of `text`, which must stand on the page, however its lines are broken. Zeros at the end of a whole number
+    are no digits of it."""
+    assert " ".join(text.split()) in " ".join(page(name).split()), f"docs/{name}.md does not say: {text}"
+    found = []
+    for sign, whole, decimals, exponent in NUMBER.findall(text):
+        power = int((exponent or "0").replace("−", "-"))
+        digits = whole.replace(",", "")
+        places = len(decimals) if decimals else len(digits.rstrip("0")) - len(digits)
+        value = float(f"{digits}.{decimals or 0}e{power}")
+        found.append(Printed(-value if sign else value, 0.5 * 10.0 ** (power - places)))
+    return found
