@@ -256,6 +256,13 @@ TWO = THERMAL.replace("[material]", "[material.lower]", 1).replace(
 )
 
 
+@pytest.mark.parametrize("name", ["article_4_1", "measured_wheelset", "angular_contact", "gear_pair", "corrugation"])
+def test_a_valid_case_is_read_without_the_schema(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes longer than all else of reading a case, and only errors need it."""
+    monkeypatch.setattr("thermoroll_cli.files.case_schema._schema", lambda: pytest.fail("the schema was made"))
+    Case.read(Path(__file__).parents[2] / "cases" / f"{name}.toml")
+
+
 def without_infinity(node: Any) -> Any:
     """`node` as editors hand it on that read TOML into JSON, which has no infinity."""
     if isinstance(node, dict):

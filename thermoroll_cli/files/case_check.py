@@ -106,7 +106,7 @@ class _Checker:
         for body in BODIES if isinstance(self.content.get("geometry"), dict) and not long else ():
             # Across rolling each body has a radius, or a profile.
             key, profile, given = f"{body}_radius_y_mm", f"{body}_profile", self.content["geometry"]
-            if not {key, profile} & {*given, *self._meant(("geometry",), given)}:
+            if not self._has(("geometry",), given, key, profile):
                 path = ("geometry", key)
                 self._note(path, "is missing", allowed=f"{allowed_values(path)}; or a table [geometry.{profile}]", at_key=True)
         for conflict in conflicts(self.sections):
@@ -230,7 +230,7 @@ class _Checker:
                 self._note(("geometry",), "the table [geometry] is missing",
                            hint=f"add {', '.join(known_keys(('geometry',)))}; or [track] and [wheelset]; or [bearing]")
             load = self.content.get("load")
-            if isinstance(load, dict) and not {*LOADS} & {*load, *self._meant(("load",), load)}:
+            if isinstance(load, dict) and not self._has(("load",), load, *LOADS):
                 self._note(("load", "normal_N"), "is missing", allowed=allowed_values(("load", "normal_N")), at_key=True)
             return
         for table in ("track", "wheelset"):
@@ -247,8 +247,7 @@ class _Checker:
         rolling, path = self.content.get("rolling"), ("rolling", "speed_m_s")
         if "rolling" not in given and "bearing" not in given:
             self._note(("rolling",), "the table [rolling] is missing", hint=f"add {', '.join(known_keys(('rolling',)))}")
-        elif "bearing" not in given and isinstance(rolling, dict) and (
-                "speed_m_s" not in {*rolling, *self._meant(("rolling",), rolling)}):
+        elif "bearing" not in given and isinstance(rolling, dict) and not self._has(("rolling",), rolling, "speed_m_s"):
             self._note(path, "is missing", allowed=allowed_values(path), at_key=True)
 
     def _table(self, path: KeyPath, kind: type[Table], given: dict[str, Any], ignored: Iterable[str] = ()) -> Table | None:
@@ -272,6 +271,10 @@ class _Checker:
                     # A misspelt key is one error, not two.
                     self._note(place, "is missing", allowed=allowed_values(place), at_key=True)
         return None
+
+    def _has(self, table: KeyPath, given: dict[str, Any], *keys: str) -> bool:
+        """Whether one of the `keys` of `table` is given, perhaps misspelt."""
+        return bool({*keys} & {*given} or {*keys} & self._meant(table, given))
 
     def _meant(self, table: KeyPath, given: dict[str, Any]) -> set[str]:
         """Keys of `table` that are missing only because they are misspelt."""
