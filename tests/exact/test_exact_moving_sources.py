@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import kve
 
+from tests.support.documents import at_most
 from tests.support.scenes import reference
 from thermoroll_cli.exact import moving_sources
 from thermoroll_cli.exact.moving_sources import (
@@ -245,7 +246,7 @@ def one_pass(x, speed, wavenumber):
     ("wavenumber", "speed", "convection"), [(0.0, 30.0, 3000.0), (1500.0, 30.0, 3000.0), (400.0, 8.0, 30.0)]
 )
 def test_one_pass_and_the_track_make_the_whole(wavenumber, speed, convection):
-    """What earlier turns leave is the same all along the contact to 1e-3 of the peak, and on average to 1e-4."""
+    """What earlier turns leave is the same all along the contact, and on average to 1e-4 of the peak."""
     x = np.linspace(-0.95, 0.95, 5) * HALF
     series = rim_temperature(x, HALF, FLUX, RADIUS, CONDUCTIVITY, DIFFUSIVITY, speed, convection, wavenumber)
     period = 2.0 * math.pi * RADIUS / speed
@@ -256,7 +257,7 @@ def test_one_pass_and_the_track_make_the_whole(wavenumber, speed, convection):
     )
     found = np.array([one_pass(float(at), speed, wavenumber) for at in x]) + returning
     assert returning > 0.05 * series.max()
-    assert np.abs(found - series).max() < 1e-3 * series.max()
+    assert np.abs(found - series).max() < at_most("verification", "rotating cylinder") * series.max()
     assert abs(np.mean(found - series)) < 1e-4 * series.max()
 
 

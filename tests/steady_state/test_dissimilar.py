@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from tests.support.documents import at_most, printed
 from tests.support.scenes import MECHANICAL, STEEL, ellipse, on_grid, order, reference, spheres
 from thermoroll_cli.exact import rolling_cylinders, spence
 from thermoroll_cli.exact.hertz import element_averages, line_contact
@@ -256,7 +257,8 @@ def test_bentall_johnson_low_friction():
     x = cylinders.grid.x
     exact = rolling_cylinders.low_friction_slip(x, creepage, cylinders.mismatch, contact.half_width, contact.curvature)
     inside = cylinders.covered[:, 0] == 1.0
-    np.testing.assert_allclose(solution.slip[0, inside, 0], exact[inside], atol=2e-3 * creepage)
+    allowed = at_most("verification", "low friction, plane strain")
+    np.testing.assert_allclose(solution.slip[0, inside, 0], exact[inside], rtol=0.0, atol=allowed * creepage)
     assert abs(force) < 0.02  # one element more or less of one sign
 
 
@@ -291,20 +293,22 @@ def test_slender_contact_rolls_freely_like_its_strips():
 
 @pytest.mark.parametrize("name", CASES)
 def test_forces_are_those_of_contact(name):
-    """Within the stated uncertainty, and within 1e-3 μW besides; spin moment and pressure, too."""
+    """Within what docs/verification.md says; the spin moment within its uncertainty."""
     result, problem = solved(name, 128), contact_case(name, 128)
     case = reference("contact_dissimilar")["cases"][name]
     assert result.converged
     for key in ("force_x_N", "force_y_N"):
         difference = abs(result.coupled.scalars[key] - case["extrapolated"][key])
-        assert difference < max(case["uncertainty"][key], 2e-3 * problem.traction_limit)
-        assert difference < 1e-3 * problem.traction_limit
+        assert difference < at_most("verification", "forces of three cases") * problem.traction_limit
     moment = result.coupled.scalars["spin_moment_Nmm"] - case["extrapolated"]["spin_moment_Nmm"]
     assert abs(moment) < max(case["uncertainty"]["spin_moment_Nmm"], 1e-6)
     peak = result.coupled.scalars["pressure_max_MPa"]
-    assert peak == pytest.approx(case["extrapolated"]["pressure_max_MPa"], rel=5e-4)
-    # what shear does to the pressure is larger than all this
-    assert abs(case["extrapolated"]["pressure_max_MPa"] / case["hertz_frictionless"]["p0_MPa"] - 1.0) > 0.005
+    same = "largest pressure of the same"
+    assert peak == pytest.approx(case["extrapolated"]["pressure_max_MPa"], rel=at_most("verification", same))
+    # What shear does to the pressure is larger than all this.
+    least, most = printed("verification", f"{same} (0.7 to 1.5 % above Hertz)")
+    higher = 100.0 * (case["extrapolated"]["pressure_max_MPa"] / case["hertz_frictionless"]["p0_MPa"] - 1.0)
+    assert least.value - least.rounding < higher < most.value + most.rounding
     assert result.of_problem["hertz_p0_MPa"] == pytest.approx(case["hertz_frictionless"]["p0_MPa"], rel=1e-9)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from scripts.stress.random_profiles import random_profile_contact
+from tests.support.documents import cell
 from tests.support.errors import relative
 from tests.support.profiles import CROWN, GEOMETRIES, REFERENCES, below, egg, points, solved_by_contact, two_bumps
 from tests.support.sampling import sampled
@@ -40,7 +41,8 @@ def test_a_contact_between_two_samples_of_the_profile_is_found(load):
 
 @pytest.mark.parametrize("name", [name for name in REFERENCES if REFERENCES[name]["input"]["tangential"]])
 def test_contact_agrees(name):
-    """N = 128: forces within 3e-4 μW, p_max 3e-4, area 0.2 %, approach 1e-4, Q_F 1e-3, each plus CONTACT's uncertainty."""
+    """N = 128: forces within 3e-4 μW, p_max 3e-4, area 0.2 %, approach 1e-4, Q_F 1e-3, each plus CONTACT's uncertainty; and as
+    docs/verification.md says."""
     problem, values = solved_by_contact(name, 128), REFERENCES[name]["values"]
     result = solved(problem)
     assert result.converged, result.reason
@@ -57,6 +59,15 @@ def test_contact_agrees(name):
     close(s["contact_area_mm2"], "contact_area_from_fitted_borders_mm2", 2e-3 * s["contact_area_mm2"])
     close(1e-3 * s["approach_um"], "approach_mm", 1e-4 * 1e-3 * s["approach_um"])
     close(s["Q_F_W"], "frictional_power_W_at_1_m_s", 1e-3 * s["Q_F_W"])
+    column = {"a3": "crowned roller, N = 128", "b_": "egg-shaped", "c_": "two patches with spin"}[name[:2]]
+    for row, ours, theirs in (("F_x", "force_x_N", "force_x_N"), ("F_y", "force_y_N", "force_y_N"),
+                              ("Q_F", "Q_F_W", "frictional_power_W_at_1_m_s"),
+                              ("largest pressure", "pressure_max_MPa", "pressure_max_MPa"),
+                              ("contact area", "contact_area_mm2", "contact_area_from_fitted_borders_mm2")):
+        scale = limit if row.startswith("F") else values[theirs]["value"]
+        if shown := cell("verification", row, column):
+            assert abs(s[ours] - values[theirs]["value"]) / scale <= shown[0].value + shown[0].rounding, row
+            assert values[theirs]["uncertainty"] / scale == pytest.approx(shown[1].value, abs=shown[1].rounding), row
     assert all(math.isnan(result.of_problem[key]) for key in ("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa", "kalker_C11"))
     assert s["gamma_c"] == 1.0 and s["gamma_p"] == 1.0
     assert sum(patch["force_x_N"] for patch in result.patches) == pytest.approx(s["force_x_N"], abs=3e-4 * limit)

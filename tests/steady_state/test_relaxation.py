@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.support.cases import findings, parse
+from tests.support.documents import at_most
 from tests.support.errors import relative
 from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, accurate_to, reference, solved
@@ -76,14 +77,20 @@ def test_spheres_of_a_prototype(case: dict) -> None:
     assert found["contact_area_mm2"] == pytest.approx(area, rel=3e-2)
 
 
+@pytest.mark.parametrize(("grid", "within"), [
+    ((64, 16), (3e-3, 5e-3, 5e-3)),
+    pytest.param((192, 64), [at_most("verification", "middle of a long contact", which=i) for i in (0, 2, 3)],
+                 marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("ratio", "length"), [(3.0, 0.1), (3.0, 1.0), (10.0, 1.0), (10.0, 10.0)])
-def test_the_middle_of_a_long_contact_is_hunters(ratio: float, length: float) -> None:
+def test_the_middle_of_a_long_contact_is_hunters(
+    ratio: float, length: float, grid: tuple[int, int], within: tuple[float, float, float]
+) -> None:
     radius, glassy = 0.05, GLASSY
     relaxed = glassy.plane_strain_modulus / ratio
     along = hertz_contact(1.0 / radius, 1.0 / (9000.0 * radius), relaxed, 1000.0)
     a = along.semi_axis_x
     geometry = Geometry(radius, 9000.0 * radius, math.inf, math.inf)
-    problem = roller(Material(1e18, 0.3), one_time(ratio, length * a, body=glassy), friction=0.0, grid=(64, 16), load=1000.0,
+    problem = roller(Material(1e18, 0.3), one_time(ratio, length * a, body=glassy), friction=0.0, grid=grid, load=1000.0,
                      geometry=geometry, speed=1.0)
     state = solved(problem).coupled
     column = state.fields["pressure"].shape[1] // 2
@@ -91,11 +98,11 @@ def test_the_middle_of_a_long_contact_is_hunters(ratio: float, length: float) ->
     per_length = float(line.sum()) * size
     half = math.sqrt(4.0 * per_length * radius / (math.pi * relaxed))
     exact = hunter(ratio, length * a / half)
-    assert float((line * state.x).sum()) * size / per_length / half == pytest.approx(exact.moment, rel=3e-3)
+    assert float((line * state.x).sum()) * size / per_length / half == pytest.approx(exact.moment, rel=within[0])
     width = 0.5 * float(state.fields["covered"][:, column].sum()) * size
-    assert width / half == pytest.approx(exact.half_width, rel=5e-3)
+    assert width / half == pytest.approx(exact.half_width, rel=within[1])
     largest = exact.pressure(np.linspace(-1.0, 1.0, 2001)).max() * 2.0 * per_length / (math.pi * half)
-    assert line.max() == pytest.approx(largest, rel=5e-3)
+    assert line.max() == pytest.approx(largest, rel=within[2])
 
 
 def test_the_limits_are_elastic_bodies() -> None:

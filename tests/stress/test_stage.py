@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.documents import at_most, cell
 from tests.support.errors import relative
 from tests.support.interpolation import at_point
 from tests.support.sampling import sampled
@@ -91,6 +92,19 @@ def below_the_middle(a, b, z, nu):
     return np.array([along(x, y), along(y, x), float((-3.0 * load * z**3 / r**5).sum()), 0.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
+def test_the_tension_behind_a_sliding_sphere():
+    """It is largest at the border of the contact, and converges slowly: as docs/verification.md says, with its ±."""
+    scalars = solved(SubsurfaceRequest(), grid=128, geometry=spheres(0.03), body=elastic(0.3), load=65.0, friction=0.25,
+                     creepage=(0.05, 0.0))
+    (exact,) = cell("verification", "tension behind a sliding sphere", "against")
+    value, error, *_ = cell("verification", "tension behind a sliding sphere", "difference")
+    peak, name = scalars["hertz_p0_MPa"], "tensile_stress_max_lower_MPa"
+    assert scalars[name] / peak == pytest.approx(value.value, abs=value.rounding)
+    assert scalars.uncertainty[name] / peak == pytest.approx(error.value, abs=error.rounding)
+    assert abs(value.value - exact.value) < error.value
+
+
 def test_contact_like_a_line():
     """a/b = 0.02: von Mises on the axis as by quadrature; the range of σ_xz is that of a line, p₀/2 at a/2."""
     result = solved(grid=64, body=BODY, friction=0.0, geometry=ellipse(0.02), request=SubsurfaceRequest(("lower",)))
@@ -108,7 +122,7 @@ def test_contact_like_a_line():
 
 @pytest.mark.parametrize("name", sampled(CONTACT))
 def test_stresses_of_another_program(name):
-    """CONTACT on three grids, extrapolated: 70 points of both bodies, to its uncertainties plus 2e-3 p₀."""
+    """CONTACT on three grids, extrapolated: 70 points, to its uncertainties and what docs/verification.md adds."""
     case = CONTACT[name]
     given = case["input"]
     body = elastic(given["poisson_ratio"], given["youngs_modulus_GPa"] * 1e9)
@@ -117,7 +131,8 @@ def test_stresses_of_another_program(name):
         load=given["normal_N"], friction=given["friction_coefficient"] if case["tangential"] else 0.0,
         creepage=(given["creepage_longitudinal"], 0.0),
     )  # fmt: skip
-    a, allowed = case["a_mm"] / 1e3, 2e-3 * result.of_problem["hertz_p0_MPa"]
+    a = case["a_mm"] / 1e3
+    allowed = at_most("verification", "140 points in both bodies") * result.of_problem["hertz_p0_MPa"]
     for point in case["points_plane_y0"]:
         side = "upper" if point["z_over_a"] > 0.0 else "lower"
         stresses = result.subsurface.bodies[side]

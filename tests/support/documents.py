@@ -33,3 +33,23 @@ def printed(name: str, text: str) -> list[Printed]:
         value = float(f"{digits}.{decimals or 0}e{power}")
         found.append(Printed(-value if sign else value, 0.5 * 10.0 ** (power - places)))
     return found
+
+
+def cell(name: str, row: str, column: str) -> list[Printed]:
+    """The numbers of a cell of a page's table: of the row whose first cell begins with `row`, below the heading `column`."""
+    header: list[str] = []
+    for line in page(name).splitlines():
+        cells = [each.strip() for each in re.split(r"(?<!\\)\|", line)[1:-1]] if line.startswith("|") else []
+        if not header:
+            header = cells
+        if not cells:
+            header = []
+        elif cells[0].startswith(row) and column in header:
+            return printed(name, cells[header.index(column)])
+    raise AssertionError(f"docs/{name}.md has no table with {row} and {column}")
+
+
+def at_most(name: str, row: str, column: str = "difference", which: int = 0) -> float:
+    """The largest difference that is still the one printed in such a cell."""
+    value, rounding = cell(name, row, column)[which]
+    return value + rounding

@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
+from tests.support.documents import cell, printed
 from tests.support.errors import relative
-from tests.support.wheelsets import ROOT, case_named, facing_beside, outline_points
+from tests.support.wheelsets import ROOT, case_named, contact_cases, facing_beside, outline_points
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result
@@ -109,6 +110,37 @@ def test_curved_patches_press_each_other_apart(name, tolerance):
     result = solve_wheelset(beside(case, curved=True))
     np.testing.assert_allclose(force(result), case["contact"]["force_rail_track_N"], atol=tolerance * case["input"]["fz"])
     assert result.scalars["height_mm"] == pytest.approx(case["contact"]["z_ws_mm"], abs=1e-3)
+
+
+@pytest.mark.slow
+def test_all_wheels_of_contact_are_as_far_as_printed():
+    """Planar patches at N = 64, where CONTACT has as many patches; conformal ones over the angle of the steepest patch."""
+    found: dict[str, list[float]] = {"normal": [], "tangential": [], "forces": [], "largest": []}
+    for case in contact_cases():
+        result, theirs = solve_wheelset(beside(case, grid=64)), case["contact"]
+        if len(result.patches) != len(theirs["patches"]):
+            continue
+        on_rail = np.array(theirs["force_rail_track_N"])
+        found["forces"].append(float(np.abs(force(result) - on_rail).max() / on_rail[2]))
+        for ours, patch in zip(result.patches, sorted(theirs["patches"], key=lambda patch: patch["y_tr"]), strict=True):
+            record = ours.record
+            found["normal"].append(abs(record["normal_N"] / patch["Fn"] - 1.0))
+            difference = math.hypot(record["force_x_N"] - patch["Fx"], record["force_s_N"] - patch["Fs"])
+            found["tangential"].append(difference / patch["Fn"])
+            found["largest"].append(abs(record["pressure_max_MPa"] / patch["pmax"] - 1.0))
+    assert len(found["forces"]) == printed("verification", "48 wheels with planar patches")[0].value
+    for row, values in found.items():
+        for column, value in (("median", float(np.median(values))), ("largest", max(values))):
+            (shown,) = cell("verification", row, column)
+            assert 100.0 * value <= shown.value + shown.rounding, (row, column)
+
+    usual, *steep = printed("verification", "0.07 % of the load, at angles of 55°, 61° and 69° by 0.3 %, 0.4 % and 2.1 %")
+    for case in contact_cases("conformal"):
+        result, theirs = solve_wheelset(beside(case, grid=64, curved=True)), case["contact"]["force_rail_track_N"]
+        missed = 100.0 * float(np.abs(force(result) - theirs).max()) / theirs[2]
+        angle = max(abs(math.degrees(1e-3 * patch.record["angle_mrad"])) for patch in result.patches)
+        shown = next((most for at, most in zip(steep[:3], steep[3:], strict=True) if abs(angle - at.value) < 0.5), usual)
+        assert missed <= shown.value + shown.rounding, case["name"]
 
 
 def test_a_mirrored_wheelset_has_mirrored_forces():
