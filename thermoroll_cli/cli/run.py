@@ -113,10 +113,10 @@ def _run_case(
     case: Case, *, to: Ending, normalised: bool, resume: bool, threads: int, verbose: bool, reproducible: bool
 ) -> int:
     task = case.task
-    plan = kind_of(type(task)).plan
+    kind = kind_of(type(task))
 
     def known_steps() -> Sequence[Any]:
-        planned = None if plan is None else plan(task)
+        planned = None if kind.plan is None else kind.plan(task)
         return planned.steps if isinstance(planned, Plan | HistoryPlan) else ()
 
     progress = Progress(case.name, quiet=to.quiet, verbose=verbose, steps=known_steps,
@@ -133,10 +133,9 @@ def _run_case(
         with progress:
             if isinstance(task, History):
                 from thermoroll_cli.many_contacts.history.kept_steps import journal_of
-                from thermoroll_cli.many_contacts.history.solve import HistorySolver
 
                 with journal_of(steps, task, case.to_json(), resume=resume) as journal:
-                    result = HistorySolver(threads).solve(task, report=report, journal=journal)
+                    result = kind.solver(threads, None).solve(task, report=report, journal=journal)
             else:
                 if resume and isinstance(task, WheelsetHistory):
                     streams.note(f"thermoroll: {case.name}: a wheelset over time begins anew: its steps are not kept")
