@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
+from tests.support.documents import at_most
 from tests.support.problems import MECHANICAL, elastic
 from thermoroll_cli import Case, CaseError, read_result
 from thermoroll_cli.exact.hertz import line_contact
@@ -75,7 +76,7 @@ def started() -> Result:
 def test_a_start_ends_in_carter(started: Result) -> None:
     forces = np.array(started.history["force_x_N_mm"]) / (1e-3 * LIMIT)
     assert started.converged and forces[0] == 0.0 and (np.diff(forces[:15]) > 0.0).all()
-    assert forces[-1] == pytest.approx(0.75, abs=1e-3)
+    assert forces[-1] == pytest.approx(0.75, abs=at_most("line_contacts", "rolling that starts", "largest difference"))
     assert set(started.uncertainty) >= {"work_J_mm", "heat_J_mm"} and "work_J" not in started.history
     work, heat, stored = (np.array(started.history[name]) for name in ("work_J_mm", "heat_J_mm", "elastic_energy_J_mm"))
     np.testing.assert_allclose(work - heat, stored, atol=0.02 * work[-1])
@@ -87,7 +88,8 @@ def test_errors_of_a_start_are_estimated(started: Result) -> None:
     fine = [1e-3 * moment.reported.scalars["force_x_N"] for moment in Steps(moving, (64, 1)).moments(course.rows)]
     error = np.array(started.history["force_x_N_mm"]) - np.array(fine)[::4]
     assert (np.abs(error) <= np.array(started.history["uncertainty.force_x_N_mm"])).mean() > 0.95
-    assert np.sqrt(np.mean(error**2)) < 4e-3 * 1e-3 * LIMIT
+    allowed = at_most("line_contacts", "rolling that starts", "largest difference", 1)
+    assert np.sqrt(np.mean(error**2)) <= allowed * 1e-3 * LIMIT
 
 
 def test_a_steady_state_stays_steady() -> None:

@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipe
 
+from scripts.figures.figures_documents import run_commands
 from tests.support.command_line import call
-from tests.support.documents import ROOT, page, printed
+from tests.support.documents import ROOT, cell, page, printed
 from thermoroll_cli import Case, conicity, solve
 from thermoroll_cli.cli.cases import template_text
 from thermoroll_cli.problem.result import Result
@@ -148,6 +149,63 @@ def test_resistances_of_the_polymer_roller_are_those_of_its_picture() -> None:
     assert numbers["whole wheel"]["at m/s"] == pytest.approx(speed.value, abs=speed.rounding)
     for name, share in (("whole wheel", whole), ("tread of 9.5 mm", tread), ("tread of 2 mm", thin)):
         assert 100.0 * numbers[name]["largest resistance over load"] == pytest.approx(share.value, abs=share.rounding), name
+
+
+def test_targets_of_coverage_that_are_missed_are_those_of_its_table() -> None:
+    """`make stress` writes the table; the sentence below it names what is missed."""
+    covered, least, most = printed("verification", """93.7 %; the medians of creepages found and of stresses below the surface
+                                   are 15 to 23""")
+    (usual,) = printed("read_results", "98 % of the differences")
+    exact = printed("verification", "3e-5 by exact solutions")[0].value
+    assert exact == cell("line_contacts", "Carter's force", "largest difference")[0].value
+    for grid in (32, 64):
+        assert cell("verification", "**all of these**", f"N = {grid}: covered")[0].value == pytest.approx(usual.value, abs=0.6)
+    assert cell("verification", "falling friction", "N = 32: covered")[0].value == covered.value
+    rows = ("creepages found", "below the surface")
+    medians = [cell("verification", row, f"N = {grid}: median")[0].value for row in rows for grid in (32, 64)]
+    assert max(medians) == pytest.approx(most.value, abs=most.rounding)
+    assert min(median for median in medians if median > 12.0) == pytest.approx(least.value, abs=least.rounding)
+
+
+def test_numbers_of_the_article_are_those_of_its_figures() -> None:
+    """`make figures` writes them beside the figures; sentences round them."""
+    numbers = json.loads((ROOT / "docs" / "figures" / "numbers.json").read_text(encoding="utf-8"))
+
+    def said(text: str, *values: float) -> None:
+        for shown, value in zip(printed("article", text), values, strict=True):
+            assert value == pytest.approx(shown.value, abs=shown.rounding), text
+
+    here, theirs = (numbers["5"][f"V a0/kappa = {peclet}"] for peclet in ("18.8", "37.6"))
+    said("0.3574 q a₀/k in the", here["exact_maximum"])
+    said("0.2565 q a₀/k in theirs", theirs["exact_maximum"])
+    said("0.3497 and 0.2535", here["tian_kennedy_maximum"], theirs["tian_kennedy_maximum"])
+    states = [numbers["6-10"]["by speed"][speed] for speed in ("120.5 m/s", "200 m/s")]
+
+    def rises(name: str) -> list[float]:
+        return [state["with"][name] / state["without"][name] for state in states]
+
+    said("1 to 2 % instead", *(100.0 * (1.0 - ratio) for ratio in rises("Q_F_W")))
+    said("11 to 19 %", *(100.0 * (ratio - 1.0) for ratio in rises("temperature_rise_max_lower_K")))
+    said("1.3 (120.5 m/s)", rises("heat_flux_max")[0], 120.5)
+    said("1.26 p₀ (200 m/s)", rises("gamma_p")[1], 200.0)
+    assert numbers["11"]["runs"]["longitudinal"]["0.001"]["gamma_p"] > 1.0 and "exceeds p₀ already at 0.001" in page("article")
+    cold = next(row for row in numbers["6-10"]["velocities"]["rows"] if row[1] == "1" and "rolling" in row[0])
+    said("0.0564 W, as CONTACT", float(cold[2]))
+
+
+@pytest.mark.slow
+def test_the_tutorial_shows_what_its_commands_print(tmp_path: Path) -> None:
+    """`make figures` inserts it. Words are equal, numbers within 2 %; the line of what a run takes depends on the machine."""
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "tutorial.md").write_text(page("tutorial"), encoding="utf-8")
+    run_commands(tmp_path / "tutorial.md")
+    fresh, shown = (text.splitlines() for text in ((tmp_path / "tutorial.md").read_text(encoding="utf-8"), page("tutorial")))
+    number = r"\d+(?:\.\d+)?(?:e-?\d+)?"
+    for new, old in zip(fresh, shown, strict=True):
+        if "MiB" not in old:
+            assert re.sub(number, "#", new).split() == re.sub(number, "#", old).split()
+            there, here = ([float(each) for each in re.findall(number, line)] for line in (new, old))
+            assert there == pytest.approx(here, rel=0.02), old
 
 
 # --- calculations by hand -------------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from tests.support.documents import at_most
 from tests.support.problems import MECHANICAL, elastic
 from thermoroll_cli.exact.hunter import hunter
 from thermoroll_cli.one_contact.refinement.solve import solve
@@ -185,7 +186,8 @@ def test_a_coated_line_is_the_middle_of_a_slender_contact() -> None:
     assert other.fields["pressure"][:, 15].sum() * np.diff(other.x)[0] == pytest.approx(line.normal_force, rel=2e-3)
     for name in ("pressure", "shear_x"):
         middle = np.interp(one.x, other.x, other.fields[name][:, 15])
-        assert np.abs(middle - one.fields[name])[6:-6].max() < 4e-3 * one.fields[name].max()
+        allowed = at_most("line_contacts", "a coating of 800 GPa on steel", "largest difference")
+        assert np.abs(middle - one.fields[name])[6:-6].max() <= allowed * one.fields[name].max()
 
 
 def test_heat_and_stresses_of_a_coated_line() -> None:
