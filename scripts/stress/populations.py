@@ -38,6 +38,7 @@ from scripts.stress.random_lines import random_line, random_line_of_bodies
 from scripts.stress.random_profiles import (
     AWKWARD,
     NARROW,
+    ROUGH,
     SHARP,
     friction_across,
     profile_on_a_grid,
@@ -154,6 +155,7 @@ POPULATIONS = {
     "coverage of random contacts": Population(random_contact, covered, 40, 300.0),
     "coverage of contacts": Population(lambda seed: stress_case(810000 + seed), _covered_contact, 40, 300.0),
     "coverage of profiles": Population(random_profile_contact, covered, 40, 300.0),
+    "coverage of rough profiles": Population(lambda seed: random_profile_contact(seed, ROUGH), covered, 40, 300.0),
     "coverage below the surface": Population(
         lambda seed: replace(random_contact(50000 + seed), subsurface=SubsurfaceRequest()), covered, 40, 300.0),
     "coverage of falling friction": Population(random_friction, covered, 40, 300.0),

@@ -1,6 +1,6 @@
 """Seeded contacts of bodies with transverse profiles: crowned rollers, lopsided shapes, two bumps, arcs of unlike radii that
 meet with a kink in the curvature; what such shapes leave out: edges, places far from y = 0, conformal grooves, polygons,
-profiles that end inside the contact, ridges of a few elements."""
+profiles that end inside the contact, ridges of a few elements, roughness."""
 
 from __future__ import annotations
 
@@ -20,18 +20,22 @@ KINDS = ("crown", "cubic", "bumps", "kink")
 AWKWARD = ("edge", "off centre", "groove")
 SHARP = ("polygon", "end")
 NARROW = ("ridges",)
+ROUGH = ("rough",)
+WAVES, SHORTEST_WAVE, LONGEST_WAVE = 6, 0.08, 0.8
+"""Waves of a rough profile, and their lengths over the half-width of the contact of the smooth one: from one element of 32, and
+longer than four of 160, to nearly all of it."""
 SPIN_SHARE, FORCED_SHARE, DISSIMILAR_SHARE, HEATED_SHARE, LOWER_SHARE = 0.3, 0.2, 0.15, 0.25, 0.3
-POINTS = 241
+POINTS, ROUGH_POINTS = 241, 4001
 GRIDS = ((16, 16), (24, 24), (32, 32), (33, 47), (24, 64), (48, 48), (64, 32))
 
 
 def random_profile_contact(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
-    """The contact of `seed`, always the same; its kind is `kinds[seed % len(kinds)]`, of `KINDS`, `AWKWARD`, `SHARP`
-    or `NARROW`."""
+    """The contact of `seed`, always the same; its kind is `kinds[seed % len(kinds)]`, of `KINDS`, `AWKWARD`, `SHARP`,
+    `NARROW` or `ROUGH`."""
     rng = np.random.default_rng([13, seed])
     while True:
         kind = kinds[seed % len(kinds)]
-        problem = _groove(rng) if kind == "groove" else _drawn(rng, kind)
+        problem = _groove(rng) if kind == "groove" else _rough(rng) if kind == "rough" else _drawn(rng, kind)
         try:
             scales = DerivedQuantities(problem).scales
         except ValueError:
@@ -172,6 +176,23 @@ def _ridges(rng: np.random.Generator, half: float) -> Profile:
         height, place = float(rng.choice([0.0, rng.uniform(-1e-3, 1e-3)])), float(rng.uniform(0.1, 0.8))
         shape = np.maximum(shape, height - (t - place) ** 2 / _log(rng, -2.5, 0.0))
     return Profile(tuple(zip((half * t).tolist(), (0.5 * half * shape).tolist(), strict=True)))
+
+
+def _rough(rng: np.random.Generator) -> Problem:
+    """A lopsided arc with waves of random lengths, each of which alone would change the pressure by up to a half of the largest
+    one of the smooth arc: E* π h/λ. Without heat, which takes minutes on so many lobes."""
+    problem = replace(_drawn(rng, "cubic"), heating=Heating(heat=False))
+    smooth = DerivedQuantities(problem).scales
+    (body, profile), = problem.geometry.profiles
+    y, z = np.array(profile.points).T
+    fine = np.linspace(y[0], y[-1], ROUGH_POINTS)
+    height = np.interp(fine, y, z)
+    for _ in range(WAVES):
+        length = smooth.semi_axis_y * _log(rng, math.log10(SHORTEST_WAVE), math.log10(LONGEST_WAVE))
+        amplitude = smooth.peak_pressure * length / (math.pi * problem.contact_modulus) * _log(rng, -2.0, math.log10(0.5))
+        height += amplitude * np.cos(2.0 * math.pi * (fine / length + rng.random()))
+    rough = replace(profile, points=tuple(zip(fine.tolist(), height.tolist(), strict=True)))
+    return replace(problem, geometry=replace(problem.geometry, **{f"{body}_profile": rough}))  # type: ignore[type-var]
 
 
 def _groove(rng: np.random.Generator) -> Problem:

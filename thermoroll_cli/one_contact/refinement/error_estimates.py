@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +23,13 @@ import numpy as np
 
 from thermoroll_cli.one_contact.refinement.level import Level
 from thermoroll_cli.one_contact.refinement.plan import Plan
-from thermoroll_cli.one_contact.refinement.sharp_places import uneven_friction, unseen_stick
+from thermoroll_cli.one_contact.refinement.sharp_places import (
+    Between,
+    between_columns,
+    has_thin_patch,
+    uneven_friction,
+    unseen_stick,
+)
 from thermoroll_cli.one_contact.refinement.subsurface_plan import few_depths
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
@@ -189,7 +195,8 @@ class Resolution:
     """What a grid with so many `elements` over 1.1 diameters of the contact does not see, from the scalars on it and on coarser
     ones (`levels`, coarse to fine, each side doubled); and what it misses where friction changes within elements (`uneven`,
     from `uneven_friction`); `unseen` is the share that may stick though no element does (`unseen_stick`); `inside` are the
-    places in m of a line contact between which stresses at the surface do not know its border."""
+    places in m of a line contact between which stresses at the surface do not know its border; a `thin_patch` of few elements
+    decides (`has_thin_patch`), and `between` is what columns do not see of rough surfaces (`between_columns`)."""
 
     levels: Levels
     derived: DerivedQuantities
@@ -198,6 +205,8 @@ class Resolution:
     uneven: tuple[float, float] = (0.0, 0.0)
     unseen: float = 0.0
     inside: tuple[float, float] = (math.inf, -math.inf)
+    thin_patch: bool = False
+    between: Between = field(default_factory=Between)
 
     @classmethod
     def of(cls, last: Level, levels: Levels, derived: DerivedQuantities, plan: Plan) -> Resolution:
@@ -207,7 +216,8 @@ class Resolution:
         if derived.problem.line and rows.size:
             inside = float(grid.x[rows[0]] + INSIDE * grid.dx), float(grid.x[rows[-1]] - INSIDE * grid.dx)
         return cls(levels, derived, last.elements_across, plan, uneven_friction(last.here, last.contact),
-                   unseen_stick(last.here, last.contact, levels[-1]["gamma_st"]), inside)
+                   unseen_stick(last.here, last.contact, levels[-1]["gamma_st"]), inside,
+                   has_thin_patch(last.here, last.contact.normal.pressure), between_columns(last.here, last.contact))
 
     def error_of(self, scalar: Scalar) -> float:
         """Estimated error of a scalar over its `error_scale`."""
@@ -216,6 +226,7 @@ class Resolution:
         # Heat that is conducted flows through the border most.
         conducted = self.border if (scalar.kind in ("exchanged heat", "diffused mean")
                                     and self.derived.problem.heating.conducts) else 0.0
+        conducted += self.between.centre if scalar.name == "pressure_centre_MPa" else 0.0
         error = estimate([level.get(scalar.name, math.nan) for level in self.levels], error_scale(scalar.name, self.summary),
                          order=self.order(scalar.kind),
                          unresolved=carried * self.unresolved(scalar.kind) * rubbed + self.of_steps(scalar.kind) + conducted,
@@ -235,7 +246,7 @@ class Resolution:
         """q of a kind of scalars."""
         if kind == "peak flux" and self.rim:
             return ORDER_AT_SURFACE
-        uneven = (self.derived.dissimilar or self.derived.scales.reaches_an_end
+        uneven = (self.derived.dissimilar or self.derived.scales.reaches_an_end or self.thin_patch
                   or holds(UNEVEN.get(kind, False), self.derived.problem))
         return ORDER_UNEVEN if uneven else ORDER
 
@@ -246,20 +257,22 @@ class Resolution:
             case "stick":
                 return max(self.border + self.thin if self.sticking else 0.0, self.unseen)
             case "area":
-                return found + self.whole_row
+                return found + self.whole_row + self.between.area
             case "relative area":
                 return found
             case "peak pressure":
-                return self.edge
+                return self.edge + self.between.peak
             case "relative peak pressure":
                 # Where nothing acts back it is that of the same grid without: 1.
                 acts_back = self.derived.kinematics.feeds_back or any(map(self.plan.runs, ("deformation", "thermal crown")))
-                return self.edge if acts_back else 0.0
+                # Both pressures miss what lies between columns, and their relation that part of its change.
+                hidden = self.between.peak * abs(self.summary["gamma_p"] - 1.0)
+                return self.edge + hidden if acts_back else 0.0
             case "peak":
-                return self.narrow + self.edge
+                return self.narrow + self.edge + self.between.peak
             case "peak flux":
                 # The heat of a zone narrower than an element is spread over all of it.
-                return self.narrow / min(1.0, max(self.slipping, 1.0 / self.elements)) + self.edge
+                return self.narrow / min(1.0, max(self.slipping, 1.0 / self.elements)) + self.edge + self.between.peak
             case "diffused":
                 return SPREAD * self.narrow
             case "pressure":
@@ -331,9 +344,9 @@ class Resolution:
 
     @property
     def hidden(self) -> float:
-        """Share of a line contact that may slip behind what sticks in a zone narrower than an element: no more than it carries,
-        twice that of Carter's contact; 0 of others, in which few lines of rolling have such a zone."""
-        return min(1.0 / self.elements, self.carried) if self.derived.problem.line else 0.0
+        """Share that may slip behind what sticks in a zone narrower than an element: no more than the contact carries, twice
+        that of Carter's line contact and 1.5 times that of a circle (Vermeulen and Johnson)."""
+        return min(1.0 / self.elements, self.carried)
 
     @property
     def strip(self) -> float:

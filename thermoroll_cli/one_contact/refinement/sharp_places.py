@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
 from thermoroll_cli.physics.numerics.grid import patches_across
@@ -41,6 +42,8 @@ SLOPE_STEP = 0.1
 """Half of the distance over the size of an element at which a gap without slopes is differentiated."""
 NARROWEST = 2 * BORDER + 1
 """Columns or rows of a patch below which its largest pressure is that of its border elements."""
+DECIDES = 0.5
+"""Largest pressure of a patch over that of the contact from which its size decides what the whole contact does."""
 
 
 def sharp_places(
@@ -171,6 +174,53 @@ def unseen_stick(discretisation: Discretisation, contact: Contact, sticking: flo
     return max(0.0, min(max(patch, strip), 1.0 / float(inside.sum(axis=0).max())) - sticking)
 
 
+def has_thin_patch(discretisation: Discretisation, pressure: Array) -> bool:
+    """Whether a patch of fewer than `NARROWEST` columns or rows decides. Its elements are about as wide as it is: how far it
+    gives way to its load, and so its share of all, depends on them."""
+    return not discretisation.derived.problem.geometry.elliptic and any(
+        min(len(columns), rows) < NARROWEST and pressure[:, columns].max() > DECIDES * pressure.max()
+        for columns, rows in _sizes(pressure))
+
+
+class Between(NamedTuple):
+    """Errors by what the surfaces do between the columns of elements: of the largest pressure and of that in the centre, over
+    them, and of the area of the contact."""
+
+    peak: float = 0.0
+    centre: float = 0.0
+    area: float = 0.0
+
+
+def between_columns(discretisation: Discretisation, contact: Contact) -> Between:
+    """What the gap does not say that is taken in the middle of columns.
+
+    Between two of them it departs by h from the cubic through four. Waves of that amplitude and of two columns' length, the
+    shortest that elements carry, press with E* π h/(2 dy) (Johnson, Contact Mechanics, 13.2): so much may be missing in both
+    columns, also where another one has the largest pressure. Elements that carry less may touch in half of them alone."""
+    derived, grid, pressure = discretisation.derived, discretisation.grid, contact.normal.pressure
+    geometry, line, loaded = derived.problem.geometry, pressure.max(axis=0), pressure > 0.0
+    if geometry.elliptic or not loaded.any():
+        return Between()
+    gap = geometry.across(np.linspace(grid.y[0] - grid.dy, grid.y[-1] + grid.dy, 2 * grid.ny + 3))
+    at, halfway = gap[::2], gap[3:-3:2]
+    with np.errstate(invalid="ignore"):  # beyond the ends of profiles there is no gap
+        departure = np.abs(halfway - (9.0 * (at[1:-2] + at[2:-1]) - at[:-3] - at[3:]) / 16.0)
+    departure = np.where(np.isfinite(departure), departure, 0.0)
+    missing = derived.problem.contact_modulus * math.pi / (2.0 * grid.dy) * np.maximum(
+        np.append(departure, 0.0), np.append(0.0, departure))
+    near = contact.normal.covered.sum(axis=0)
+    j = int(np.abs(grid.y - float(near @ grid.y) / float(near.sum())).argmin())
+    return Between(float((line + missing)[line > 0.0].max() / line.max() - 1.0),
+                   float(missing[j] / line[j]) if line[j] > 0.0 else 0.0,
+                   0.5 * float((pressure < missing)[loaded].mean()))
+
+
+def _sizes(pressure: Array) -> Iterator[tuple[NDArray[np.intp], int]]:
+    """Columns of each patch, and the number of rows in which it is loaded."""
+    for columns in patches_across(pressure):
+        yield columns, int(np.count_nonzero(pressure[:, columns].max(axis=1) > 0.0))
+
+
 def _narrow(
     geometry: ContactGeometry, discretisation: Discretisation, pressure: Array, covered: Array, unit: float
 ) -> Iterator[str]:
@@ -180,10 +230,9 @@ def _narrow(
     peak = float(line.max())
     few: list[tuple[int, str, int, float]] = []
     parted: list[tuple[float, float]] = []
-    for columns in patches_across(pressure):
-        rows = int(np.count_nonzero(pressure[:, columns].max(axis=1) > 0.0))
+    for columns, rows in _sizes(pressure):
         if min(len(columns), rows) < NARROWEST:
-            if float(line[columns].max()) > 0.5 * peak:
+            if float(line[columns].max()) > DECIDES * peak:
                 y = 1e3 * float(grid.y[columns].mean())
                 few.append((*min((len(columns), "wide", grid.ny), (rows, "long", grid.nx)), y))
             continue
