@@ -177,6 +177,7 @@ def test_contacts_are_those_of_the_same_contact_alone() -> None:
     assert {name: own[name] for name in alone.scalars} == dict(alone.scalars)
 
 
+@pytest.mark.slow
 def test_turning_and_thrust_the_other_way_are_mirror_images(thrust: Result) -> None:
     other = solve(case(**FEW | {"bearing__load__axial_N": -3000.0, "bearing__inner_rpm": -1e3}))
     assert other["cage_speed_rad_s"] == pytest.approx(-thrust["cage_speed_rad_s"], rel=1e-4)
@@ -230,6 +231,7 @@ def test_a_bearing_begins_with_the_one_before() -> None:
         assert next_one[name] == pytest.approx(alone[name], rel=1e-4), name
 
 
+@pytest.mark.slow
 def test_a_common_cage_under_thrust_is_a_free_one(thrust: Result) -> None:
     common = solve(case(**FEW, bearing__cage="common"))
     assert dict(common.scalars) == dict(thrust.scalars)
@@ -316,6 +318,7 @@ def test_a_deep_groove_bearing_has_free_balls() -> None:
     assert carried == pytest.approx(6e3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_friction_frees_a_ball_that_the_inner_ring_hardly_touches() -> None:
     """Balls go round faster where they are inclined less, and more slowly with an axis along that of the bearing."""
     result = solve(case(bearing__balls=5, bearing__load__axial_N=900.0, bearing__load__radial_N=800.0, numerics__grid=8,
@@ -418,7 +421,7 @@ def test_show_has_a_plan(tmp_path: Path) -> None:
 def test_a_run_has_files_and_pictures(tmp_path: Path) -> None:
     source = tmp_path / "bearing.toml"
     source.write_text(tomli_w.dumps(case(**COMBINED, bearing__control="outer")))
-    call("run", source, "-o", tmp_path)
+    call("run", source, "-o", tmp_path, painted=True)
     assert {"bearing_loads.png", "bearing_axes.png", "bearing_patches.png"} <= {path.name for path in tmp_path.iterdir()}
     result = read_result(tmp_path / "bearing.h5")
     assert [each.name for each in result.contacts][:2] == ["ball_1_inner", "ball_1_outer"]

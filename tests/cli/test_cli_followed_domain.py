@@ -18,7 +18,7 @@ SETTINGS = ("--set", "rolling.speed_m_s=600", "--set", "numerics.grid=24")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path: Path = tmp_path_factory.mktemp("followed")
-    done = call("run", CASE, *SETTINGS, "--json", "-q", "-o", path)
+    done = call("run", CASE, *SETTINGS, "--json", "-q", "-o", path, painted=True)
     assert done.returncode == 0, done.stderr
     (path / "told.json").write_text(done.stdout)
     return path
@@ -81,7 +81,8 @@ def test_compare_tells_which_grids_differ(folder: Path, tmp_path: Path) -> None:
 
 def test_pictures_of_a_file_are_those_of_the_run(folder: Path, tmp_path: Path) -> None:
     names = ("temperature", "pressure", "centreline")
-    assert call("plot", folder / "article_4_1.h5", "-o", tmp_path, "--fields", ",".join(names)).returncode == 0
+    done = call("plot", folder / "article_4_1.h5", "-o", tmp_path, "--fields", ",".join(names), painted=True)
+    assert done.returncode == 0
     for name in names:
         assert (tmp_path / f"article_4_1_{name}.png").read_bytes() == (folder / f"article_4_1_{name}.png").read_bytes()
 

@@ -167,7 +167,7 @@ def test_pictures_are_chosen_and_sized(result: Path, tmp_path: Path) -> None:
 
 
 def test_the_cut_is_where_it_is_asked_for(result: Path, tmp_path: Path) -> None:
-    done = call("plot", result, "-o", tmp_path, "--fields", "centreline", "--cut-y", 0.05, "--format", "svg")
+    done = call("plot", result, "-o", tmp_path, "--fields", "centreline", "--cut-y", 0.05, "--format", "svg", painted=True)
     assert done.returncode == 0, done.stderr
     assert "y = 0.05 mm" in (tmp_path / "r_centreline.svg").read_text()
 
@@ -177,16 +177,18 @@ def test_sweeps_are_drawn_again_from_either_table(tmp_path: Path) -> None:
     case = tmp_path / "creep.toml"
     case.write_text(CREEP)
     over = ("--over", "creepage.longitudinal=0.0005:0.004:3")
-    done = call("sweep", case, *over, "--scalars-only", "-o", tmp_path, "--compare", "linear,polach,fastsim", "--format", "svg")
+    done = call("sweep", case, *over, "--scalars-only", "-o", tmp_path, "--compare", "linear,polach,fastsim", "--format", "svg",
+                painted=True)
     assert done.returncode == 0, done.stderr
     assert call("sweep", case, *over, "-o", tmp_path, "--compare", "contact").returncode == 2
     theories = ("Kalker's linear theory", "FASTSIM", "Polach")
     first = (tmp_path / "sweep.svg").read_text()
     assert all(words in first for words in theories)
     (tmp_path / "sweep.svg").unlink()
-    assert call("plot", tmp_path / "sweep.h5", "--compare", "linear,polach,fastsim", "--format", "svg").returncode == 0
+    done = call("plot", tmp_path / "sweep.h5", "--compare", "linear,polach,fastsim", "--format", "svg", painted=True)
+    assert done.returncode == 0
     assert (tmp_path / "sweep.svg").read_text() == first
-    done = call("plot", tmp_path / "sweep.csv", "--compare", "linear", "--format", "svg", "--format", "png")
+    done = call("plot", tmp_path / "sweep.csv", "--compare", "linear", "--format", "svg", "--format", "png", painted=True)
     assert (done.returncode, (tmp_path / "sweep.png").exists()) == (0, True)
     shown = (tmp_path / "sweep.svg").read_text()
     assert [words in shown for words in theories] == [True, False, False]

@@ -63,7 +63,7 @@ def test_names_are_per_length_and_fields_over_x() -> None:
 
 
 def test_run_writes_files_and_pictures(case: Path, tmp_path: Path) -> None:
-    done = call("run", case, "-o", tmp_path / "out", "--json", "--report")
+    done = call("run", case, "-o", tmp_path / "out", "--json", "--report", painted=True)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert record["force_x_N_mm"] == pytest.approx(0.677, abs=2e-3) and record["work"]["grid"] == [32]
@@ -95,7 +95,7 @@ def test_commands_that_need_another_contact(command: str, code: int, words: str,
 
 def test_stresses_and_strength_have_files_pictures_and_paths(case: Path, tmp_path: Path) -> None:
     settings = [part for key in ("subsurface.layers=12", "strength.lower.shear_yield_MPa=300") for part in ("--set", key)]
-    done = call("run", case, "-o", tmp_path, "--json", *settings)
+    done = call("run", case, "-o", tmp_path, "--json", *settings, painted=True)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert {"gears_subsurface_lower", "gears_strength_lower", "gears_shakedown_map"} <= {

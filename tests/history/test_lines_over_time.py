@@ -151,7 +151,7 @@ def test_a_case_writes_rows_fields_and_pictures(tmp_path: Path) -> None:
         rows = list(csv.DictReader(file))
     assert len(rows) == 9 and float(rows[0]["load.normal_N_mm"]) == 8.0 and float(rows[-1]["normal_N_mm"]) == 12.5
     assert {"force_x_N_mm", "work_J_mm", "uncertainty.force_x_N_mm"} <= {*rows[0]} and "force_x_N" not in rows[0]
-    animated = call("plot", "out/teeth_history.h5", "--animate", "distance_mm", "-o", "out", cwd=tmp_path)
+    animated = call("plot", "out/teeth_history.h5", "--animate", "distance_mm", "-o", "out", cwd=tmp_path, painted=True)
     assert animated.returncode == 0 and list((tmp_path / "out").glob("*.gif")), animated.stderr
     assert (tmp_path / "out" / "teeth_history.png").exists()
     # Another case goes on from its end.

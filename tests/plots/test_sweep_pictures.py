@@ -346,7 +346,7 @@ def test_an_animation_has_a_frame_for_each_point(tmp_path: pathlib.Path) -> None
     (tmp_path / "a.toml").write_text(THERMAL, encoding="utf-8")
     swept = ("sweep", "a.toml", "--no-plots", "-q", "--set", "numerics.grid=8")
     assert call(*swept, "--over", "creepage.longitudinal=0.003,0.0005,0.001", "-o", "s", cwd=tmp_path).returncode == 0
-    done = call("plot", "s/sweep.csv", "--animate", "creepage.longitudinal", cwd=tmp_path)
+    done = call("plot", "s/sweep.csv", "--animate", "creepage.longitudinal", cwd=tmp_path, painted=True)
     assert (done.returncode, pathlib.Path(done.stdout.strip())) == (0, pathlib.Path("s/sweep.gif"))
     with Image.open(tmp_path / "s" / "sweep.gif") as image:
         assert image.n_frames == 3 and image.size == (590, 259)

@@ -19,7 +19,7 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.problem import Numerics
 
-CASES, SOLVED = 50, 8
+CASES, SOLVED = 50, 4
 BEYOND = 18
 """A seed beyond the limit that has a steady state all the same."""
 HOT = THERMAL.replace("grid = 16", "grid = 8").replace("speed_m_s = 1.0", "speed_m_s = 2e3")
@@ -53,7 +53,7 @@ def test_contacts_converge_with_little_work_and_keep_the_invariants(cases: list[
     solved = [*(case for case in cases[:SOLVED] if case.below_limit), cases[BEYOND]]
     outcomes = [POPULATIONS["contacts"].check(case) for case in solved]
     assert [outcome.broken for outcome in outcomes if outcome.broken] == [] and missed(outcomes) == []
-    assert sum(not outcome.excused for outcome in outcomes) > 6
+    assert sum(not outcome.excused for outcome in outcomes) > 2
 
 
 @pytest.mark.parametrize(("population", "seeds"), [
@@ -71,16 +71,19 @@ def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds
 
 
 @pytest.mark.parametrize(("population", "seeds"), [
-    ("profiles", (4, 18)),  # one with prescribed forces, on a grid that is not square
-    ("awkward profiles", (3,)), ("conformal pairs", (1,)), ("kinks and ends", (2, 5)), ("offsets", (501,)),
-    ("neighbours", (7000,)), ("wear", (4,)), ("wheelsets", (1,)), ("friction across", (0,)), ("tread and flange", (0,)),
-    ("displaced wheelsets", (2,)), ("conicities", (6,)), ("moved rails", (1,)), ("rollers", (3,)),
-    ("given approaches", (0, 660167)), ("wear at an approach", (2,)),
-    ("files of profiles", tuple(range(30))),  # every format, its headers and spellings
+    ("profiles", (18,)),  # one with prescribed forces, on a grid that is not square
+    ("kinks and ends", (2,)), ("wear", (4,)), ("wheelsets", (1,)), ("friction across", (0,)), ("rollers", (3,)),
+    ("given approaches", (660167,)),
     ("damaged files of profiles", tuple(range(15))),
-    ("few rows and ends over time", (102,)),  # profiles, jumps at both ends
-    ("line contacts over time", (108,)),
     ("rising friction", (40000115,)),  # elements that slip alone between sticking ones
+    *(pytest.param(population, seeds, marks=pytest.mark.slow) for population, seeds in (
+        ("profiles", (4,)), ("awkward profiles", (3,)), ("conformal pairs", (1,)), ("kinks and ends", (5,)),
+        ("offsets", (501,)), ("neighbours", (7000,)), ("tread and flange", (0,)), ("displaced wheelsets", (2,)),
+        ("conicities", (6,)), ("moved rails", (1,)), ("given approaches", (0,)), ("wear at an approach", (2,)),
+        ("files of profiles", tuple(range(30))),  # every format, its headers and spellings
+        ("few rows and ends over time", (102,)),  # profiles, jumps at both ends
+        ("line contacts over time", (108,)),
+    )),
 ])  # fmt: skip
 def test_drawn_cases_converge_and_keep_the_invariants(population: str, seeds: tuple[int, ...]) -> None:
     outcomes = [run_seed(population, seed) for seed in seeds]
@@ -88,7 +91,7 @@ def test_drawn_cases_converge_and_keep_the_invariants(population: str, seeds: tu
 
 
 @pytest.mark.parametrize(("population", "seed", "grid", "reference", "least"), [
-    ("coverage of slender grids", 3, (64, 16), 48, 20),
+    pytest.param("coverage of slender grids", 3, (64, 16), 48, 20, marks=pytest.mark.slow),
     pytest.param("coverage of few depths", 6, 16, 32, 50, marks=pytest.mark.slow),
     ("coverage of coatings", 1, 16, 32, 10),
 ])  # fmt: skip

@@ -52,7 +52,7 @@ def scalars(problem: Problem) -> dict[str, float]:
     return result.coupled.scalars
 
 
-@pytest.mark.parametrize("case", reference("relaxing_spheres")["cases"],
+@pytest.mark.parametrize("case", sampled(reference("relaxing_spheres")["cases"], 3),
                          ids=lambda case: str(case["input"]["retardation_length_over_a"]))
 def test_spheres_of_a_prototype(case: dict) -> None:
     given, expected = case["input"], case["result"]
@@ -81,7 +81,8 @@ def test_spheres_of_a_prototype(case: dict) -> None:
     ((64, 16), (3e-3, 5e-3, 5e-3)),
     pytest.param((192, 64), [at_most("verification", "middle of a long contact", which=i) for i in (0, 2, 3)],
                  marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("ratio", "length"), [(3.0, 0.1), (3.0, 1.0), (10.0, 1.0), (10.0, 10.0)])
+@pytest.mark.parametrize(("ratio", "length"), [
+    (3.0, 0.1), (10.0, 10.0), *(pytest.param(ratio, 1.0, marks=pytest.mark.slow) for ratio in (3.0, 10.0))])
 def test_the_middle_of_a_long_contact_is_hunters(
     ratio: float, length: float, grid: tuple[int, int], within: tuple[float, float, float]
 ) -> None:
@@ -205,7 +206,7 @@ def test_bodies_that_relax_alike_but_for_their_times_are_unlike() -> None:
     assert "elastic coupling" in make_plan(other.problem).run
 
 
-@pytest.mark.parametrize("layered", [False, True])
+@pytest.mark.parametrize("layered", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_incompressible_bodies_have_heat(layered: bool) -> None:
     """Nothing is singular at a Poisson's ratio of one half."""
     hot = {"conductivity": 0.25, "expansion": 1e-4, "diffusivity": 1.2e-7}
@@ -245,7 +246,8 @@ def test_errors_are_those_of_a_finer_grid() -> None:
         assert relative(coarse)[name] < 0.05, name
 
 
-@pytest.mark.parametrize(("ratio", "length", "resolved"), [(10.0, 0.3, 192), (30.0, 1.0, 96), (3.0, 0.3, 96)])
+@pytest.mark.parametrize(("ratio", "length", "resolved"), [
+    (30.0, 1.0, 96), (3.0, 0.3, 96), pytest.param(10.0, 0.3, 192, marks=pytest.mark.slow)])
 def test_a_maximum_at_the_leading_edge_is_in_the_estimate(ratio: float, length: float, resolved: int) -> None:
     """Rolled through a relaxation time in a few elements or less, the largest pressure was up to 21 % off and known to 5 %.
     Where the middle of the contact has the largest pressure there is nothing to warn of."""
@@ -382,7 +384,7 @@ def on_steel(*layers: Layer) -> Material:
     return replace(STEEL, layers=layers)
 
 
-@pytest.mark.parametrize("case", reference("relaxing_layer")["cases"],
+@pytest.mark.parametrize("case", sampled(reference("relaxing_layer")["cases"], 3),
                          ids=lambda case: f"{case['thickness_mm']}-{case['speed_m_s']}")
 def test_a_sphere_on_a_layer_of_an_independent_program(case: dict) -> None:
     body, expected = on_steel(replace(TYRE, thickness=case["thickness_mm"] * 1e-3)), case["N128"]
@@ -403,6 +405,7 @@ def test_a_thick_layer_is_the_body() -> None:
         assert thick[name] == pytest.approx(body[name], rel=4e-3), name
 
 
+@pytest.mark.slow
 def test_layers_in_the_limits_of_speed_are_elastic() -> None:
     for speed, modulus in ((1e-7, 0.4 * TYRE.youngs_modulus), (1e7, TYRE.youngs_modulus)):
         elastic = scalars(roller(upper=on_steel(Layer(TYRE.thickness, modulus, TYRE.poisson_ratio)), load=10.0, creepage_x=0.01,
@@ -439,9 +442,9 @@ def test_a_layer_that_is_rolled_slowly_resists_in_proportion_to_the_speed() -> N
     """Everything but the last, linear, part of its memory has relaxed: R/V is a constant, as of whole bodies."""
     over_speed = [scalars(roller(upper=on_core(0.24e9), friction=0.0, load=2.0, speed=speed,
                                  geometry=Geometry(math.inf, math.inf, 0.05, 0.2)))["rolling_resistance_N"] / speed
-                  for speed in (1e-6, 3e-5, 1e-3)]
+                  for speed in (1e-6, 1e-3)]
     assert over_speed[0] > 0.0
-    assert over_speed == pytest.approx([over_speed[0]] * 3, rel=1e-3)
+    assert over_speed[1] == pytest.approx(over_speed[0], rel=1e-3)
 
 
 def test_two_layers_of_one_material_are_one_and_power_is_balanced() -> None:

@@ -41,7 +41,7 @@ def peak(result, body, prefix=""):
     return scalars[f"{prefix}von_mises_max_{body}_MPa"] / result.of_problem["hertz_p0_MPa"], *places
 
 
-@pytest.mark.parametrize("grid", [33, 64])
+@pytest.mark.parametrize("grid", [33, pytest.param(64, marks=pytest.mark.slow)])
 def test_sphere(grid):
     """Exact: 0.620041 p₀ at 0.480864 a (ν = 0.3), by parabolas between layers and between elements of any parity."""
     largest, x, y, depth = peak(solved(grid=grid, body=BODY, friction=0.0), "lower")
@@ -249,7 +249,7 @@ def test_too_shallow_is_told():
     assert not solved(SubsurfaceRequest(layers=16), grid=16, friction=0.0).warnings
 
 
-@pytest.mark.parametrize("depth", [None, 0.05, *(pytest.param(depth, marks=pytest.mark.slow) for depth in (0.001, 0.11))])
+@pytest.mark.parametrize("depth", [None, *(pytest.param(depth, marks=pytest.mark.slow) for depth in (0.001, 0.05, 0.11))])
 def test_a_maximum_below_the_last_layer_is_covered_or_told(depth: float | None) -> None:
     """The largest stresses of the whole body are covered, or have no estimate and are named, wherever the layers (mm) end."""
     body, strength = Material(210e9, 0.28), Strength(300e6, 0.3)

@@ -87,9 +87,11 @@ class Called:
     stderr: str
 
 
-def call(*arguments: str | Path, cwd: Path | None = None, stdin: str = "") -> Called:
+def call(*arguments: str | Path, cwd: Path | None = None, stdin: str = "", painted: bool = False) -> Called:
     """`thermoroll` with `arguments` within this process, which saves the imports. For what needs no process of its own.
-    Pictures have few pixels."""
+    Pictures have few pixels, and are blank sheets unless `painted`: to lay out and paint one costs more than most solutions."""
+    from matplotlib.figure import Figure
+
     from thermoroll_cli.cli.main import main
     from thermoroll_cli.plots import style
 
@@ -100,6 +102,8 @@ def call(*arguments: str | Path, cwd: Path | None = None, stdin: str = "") -> Ca
         stack.enter_context(redirect_stdout(out))
         stack.enter_context(redirect_stderr(err))
         stack.enter_context(mock.patch.object(style, "DPI", 40))
+        if not painted:
+            stack.enter_context(mock.patch.object(Figure, "draw"))
         stack.enter_context(mock.patch.object(sys, "argv", ["thermoroll", *words]))
         stack.enter_context(mock.patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode()))))
         code = main()

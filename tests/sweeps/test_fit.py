@@ -129,7 +129,7 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     text = write(tmp_path / "curve.csv", data, ";").read_text().replace(".", ",").replace("creepage,", "creepage.")
     (tmp_path / "curve.csv").write_text("\ufeff" + text, encoding="utf-8")  # as a spreadsheet writes it
     done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "-o", "out", "--json", "--jobs", "2", "--format", "png",
-                  "--format", "svg")
+                  "--format", "svg", painted=True)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert set(record) == {"name", "status", "reason", "parameters", "correlation", "rms", "points", "degrees_of_freedom",
@@ -149,7 +149,7 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     assert drawn.returncode == 0, drawn.stderr
     pictures = []
     for name in ("newton.csv", "curve.csv"):  # forces, and forces over the load
-        assert invoke("plot", "out/sweep.h5", "--measured", name).returncode == 0
+        assert invoke("plot", "out/sweep.h5", "--measured", name, painted=True).returncode == 0
         pictures.append(Path("out/sweep.png").read_bytes())
     assert pictures[0] == pictures[1]
 
@@ -159,7 +159,7 @@ def test_keys_that_a_law_needs_may_be_free(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     law = {"law": "exponential", "memory_um": 100.0, "half_slip_m_s": 0.05}
     whole = Case.from_dict(KNOWN | {"friction": law | {"limit_coefficient": 0.3}})
-    creepages = [2e-3, 1e-2, 3e-2, 0.1]
+    creepages = [1e-2, 0.1]
     rows = sweep(whole, {"creepage.longitudinal": creepages})
     write(tmp_path / "curve.csv", {"creepage.longitudinal": creepages, "force_x_N": [row["force_x_N"] for row in rows]})
     Path("rig.toml").write_text(whole.to_toml().replace("limit_coefficient = 0.3\n", ""), encoding="utf-8")
@@ -171,7 +171,7 @@ def test_keys_that_a_law_needs_may_be_free(tmp_path, monkeypatch):
 
 
 def test_a_key_that_acts_by_its_square_is_found_from_the_end_0_of_its_range():
-    creepages = [5e-4, 1e-3, 2e-3, 4e-3]
+    creepages = [1e-3, 4e-3]
     rows = sweep(KNOWN | {"creepage": {"lateral": 3e-3}}, {"creepage.longitudinal": creepages})
     data = {"creepage.longitudinal": creepages, "force_x_N": [row["force_x_N"] for row in rows]}
     found = fit(KNOWN, data, ["creepage.lateral=0:0.01"])
@@ -189,6 +189,7 @@ def test_a_fit_that_begins_on_a_coarse_grid_ends_on_that_of_the_case():
     assert found.parameters[KEYS[0]].value == pytest.approx(0.5, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_fit_goes_on_where_a_worker_is_killed(monkeypatch):
     def broken(*arguments):
         raise BrokenProcessPool

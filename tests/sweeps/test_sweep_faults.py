@@ -288,6 +288,7 @@ def test_a_full_disk_and_scalars_only(case: Path, folder: Path) -> None:
     assert (done.returncode, sorted(path.name for path in folder.iterdir())) == (5, ["sweep.csv", "sweep.jsonl"])
 
 
+@pytest.mark.slow
 def test_a_full_disk_in_another_process(case: Path, folder: Path) -> None:
     done = subprocess.run(
         [*COMMAND, "sweep", str(case), *OVER, "-o", str(folder), "--jobs", "2"],
@@ -302,6 +303,7 @@ def test_a_full_disk_in_another_process(case: Path, folder: Path) -> None:
 # --- streams -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_ends_the_sweep(case: Path, folder: Path) -> None:
     words = [*COMMAND, "sweep", str(case), "--over", "load.normal_N=1:100:40", "--json", "-q", "--no-plots", "-o", str(folder)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment({})) as process:
@@ -321,6 +323,7 @@ def test_a_bar_with_the_time_left_on_terminals(case: Path, tmp_path: Path) -> No
     assert on_terminal(["sweep", case.name, *OVER, "-q"], tmp_path) == ""
 
 
+@pytest.mark.slow
 def test_narrow_terminals_keep_the_words(case: Path, tmp_path: Path) -> None:
     shown = on_terminal(["sweep", case.name, *OVER], tmp_path, COLUMNS="20")
     assert "0/3 points" in shown and "\u2501" not in shown

@@ -79,6 +79,7 @@ def test_a_cone_has_its_own_conicity_on_any_rail(gamma, left):
     assert any("equal at a lateral shift" in warning for warning in found.warnings) == (left != 460.0)
 
 
+@pytest.mark.slow
 def test_exchanged_wheels_and_all_lengths_doubled_change_nothing():
     found = of_norm("E9")
     exchanged = conicity(tables(*reversed(NORM["E9"])), SOME)
@@ -122,7 +123,7 @@ def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():
 
 
 def test_command_writes_tables_a_picture_and_json(tmp_path):
-    done = call("conicity", "cases/manchester.toml", "--amplitude", "1:12:12", "-o", tmp_path, "--json")
+    done = call("conicity", "cases/manchester.toml", "--amplitude", "1:12:12", "-o", tmp_path, "--json", painted=True)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert record["conicity_3mm"] == record["conicity"][2] == pytest.approx(0.180, abs=1e-3)

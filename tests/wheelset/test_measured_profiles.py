@@ -69,6 +69,7 @@ def test_two_patches_that_become_one_at_the_given_force_are_one_already() -> Non
     """As two, which displace each other like points, they carry less than 50 kN where they meet, as one they carry more."""
     case = measured("Car7358_0001r.whl", "rail_left_iter288.ban", lateral_shift_mm=-5.0)
     case["wheelset"]["flange_back_mm"] = 0.0
+    case["numerics"]["grid"] = 16
     result = solve(Case.from_dict(case))
     assert result.converged, result.reason
     assert result["track_force_z_right_N"] == pytest.approx(50e3, rel=1e-3)
@@ -85,7 +86,7 @@ def agrees(found: Any) -> None:
 
 
 @pytest.mark.parametrize(("wheel", "rail"), [
-    pair if pair in (("avg_wheel.whl", "avg_low2.ban"), ("left-wheel-v1-pre-dry.whl", "left-roller-v1-pre-dry.ban"))
+    pair if pair == ("left-wheel-v1-pre-dry.whl", "left-roller-v1-pre-dry.ban")
     else pytest.param(*pair, marks=pytest.mark.slow) for pair in itertools.product(WHEELS, RAILS)])  # fmt: skip
 def test_measured_wheels_have_a_conicity(wheel: str, rail: str) -> None:
     found = conicity(measured(wheel, rail), [1.0, 2.0, 3.0, 5.0])
@@ -145,6 +146,7 @@ def test_headers_and_decimal_commas_of_instruments() -> None:
     np.testing.assert_allclose(z - z.min(), y**2 / 600.0, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_patch_at_the_end_of_a_profile_has_a_gap_up_to_its_limit() -> None:
     """The end of a rail of the other hand lies in a patch: iterated with other places, the last normal missed it."""
     case = measured("Car7216_0001r.whl", "avg_HR.BAN", lateral_shift_mm=-5.0)

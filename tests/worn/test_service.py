@@ -41,7 +41,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with m.toml, which has both positions, what the command has written in results, and what it has printed."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "m.toml").write_text(BOTH.to_toml())
-    done = call("wear", "m.toml", "--json", "-q", cwd=folder)
+    done = call("wear", "m.toml", "--json", "-q", cwd=folder, painted=True)
     assert done.returncode == 0, done.stderr
     (folder / "printed").write_text(done.stdout)
     return folder

@@ -89,7 +89,7 @@ def test_other_rows_have_the_same_worn_area() -> None:
     assert rows.covering(-9.0, 9.0).ends == pytest.approx((-2.3, 1.9), rel=1e-12)
 
 
-@pytest.mark.parametrize("grid", [14, 26])
+@pytest.mark.parametrize("grid", [14, pytest.param(26, marks=pytest.mark.slow)])
 def test_an_evolution_goes_on_with_another_grid(grid: int) -> None:
     """Worn depths of other rows have the same area, and no stairs that the pressure would show."""
     problem = replace(TWIN_DISC, numerics=Numerics((20, 20)))
@@ -185,6 +185,7 @@ def test_a_contact_wears_up_to_the_end_of_a_profile() -> None:
     assert last.result is not None and "pressure_max_MPa" in last.result.unbounded
 
 
+@pytest.mark.slow
 def test_the_largest_pressure_of_a_worn_contact_is_that_of_its_middle_or_has_no_error() -> None:
     """The upper body wears far beyond the approach, while the contact becomes three times as wide: for a step or two after the
     contact has reached a row its border carries up to a sixth more, within an element, and a warning says where."""
@@ -244,7 +245,7 @@ def test_a_case_wears_in_regimes(tmp_path: Path) -> None:
     the picture has the regimes."""
     mild = "[[5, 1e-5], [100, 5e-7]]"
     done = call("wear", CASE, "-o", tmp_path, "--json", "--set", "numerics.grid=16", "--set", "wear.depth_um=1",
-                "--set", f"wear.upper.specific_wear_rate_mm3_Nm={mild}")
+                "--set", f"wear.upper.specific_wear_rate_mm3_Nm={mild}", painted=True)
     assert done.returncode == 0 and (tmp_path / "twin_disc_wear_wear.png").exists()
     with h5py.File(tmp_path / "twin_disc_wear_wear.h5") as file:
         work = file["wear/T_gamma_per_area"][0] * 1e-6
