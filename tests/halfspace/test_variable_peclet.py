@@ -37,8 +37,8 @@ def true_error(tables, weights, peclets):
         (32, 32, 1.0, 10.0, 1e-3),
         (24, 24, 1.0, 10.0, 1e-7),
         (24, 60, 0.2, 300.0, 1e-5),
-        (16, 16, 1.0, 2e5, 1e-5),
-        (60, 24, 5.0, 30.0, 1e-5),
+        pytest.param(16, 16, 1.0, 2e5, 1e-5, marks=pytest.mark.slow),
+        pytest.param(60, 24, 5.0, 30.0, 1e-5, marks=pytest.mark.slow),
         (2, 1, 1.0, 1.0, 1e-5),
         (20, 20, 1.0, 1e-13, 1e-5),
     ],
@@ -78,7 +78,9 @@ def test_response_against_one_kernel_per_source(kind, peclet_max):
 
 
 @pytest.mark.parametrize(
-    ("peclet_a", "terms", "tight_terms"), [(1.0, (4, 5), (5, 7)), (20.0, (9, 9), (12, 13)), (200.0, (14, 14), (19, 19))]
+    ("peclet_a", "terms", "tight_terms"), [
+        pytest.param(1.0, (4, 5), (5, 7), marks=pytest.mark.slow), (20.0, (9, 9), (12, 13)),
+        pytest.param(200.0, (14, 14), (19, 19), marks=pytest.mark.slow)]
 )
 def test_number_of_terms(peclet_a, terms, tight_terms):
     """Terms for 1e-4 and 1e-6 at N = 64 elements over 2.2 a, as a function of P_a = V a/κ; hardly dependent on N."""

@@ -143,7 +143,7 @@ def test_surfaces_that_touch_are_equally_warm() -> None:
 
 def test_bodies_coated_alike_share_the_heat() -> None:
     body = replace(STEEL, layers=(CARBON,))
-    result = solve(coated(body, body, creepage=0.0, motion=Motion(8.0, 0.0, 0.02), numerics=Numerics(grid=(16, 16))))
+    result = solve(coated(body, body, creepage=0.0, motion=Motion(8.0, 0.0, 0.02), numerics=Numerics(grid=(8, 8))))
     assert result.coupled.scalars["partition_mean"] == pytest.approx(0.5, abs=1e-3)
     bodies = heated_bodies(coated(body, body, creepage=0.0), 0.0, 0.0)
     assert HeatResponse(Grid.over((8, 8), 1e-4, 1e-4), *bodies).matched_share == 0.5

@@ -468,16 +468,15 @@ TEMPERATURES = "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "
 
 
 def test_steady_heat_stays_and_is_approached() -> None:
-    """The first row is the steady state, and so is the last one, of a history that begins steady or cold. On few elements,
-    which are the same in both, and on which a mean waves by a thousandth."""
-    stays, grows = (solve(warm(begin, numerics={"grid": 12})).history for begin in ("steady", "pressed"))
+    """The first row is the steady state, and so is the last one, of a history that begins steady or cold."""
+    stays, grows = (solve(warm(begin)).history for begin in ("steady", "pressed"))
     assert stays is not None and grows is not None
     for name in TEMPERATURES:
         steady = stays[name][0]
-        assert steady > 0.0 and grows[name][0] == 0.0 and np.diff(grows[name]).min() > -2e-3 * steady, name
+        assert steady > 0.0 and grows[name][0] == 0.0 and np.diff(grows[name]).min() > -1e-4 * steady, name
         assert stays[name] == pytest.approx([steady] * 57, rel=5e-4), name
         assert grows[name][-1] == pytest.approx(steady, rel=5e-3), name
-    without = {name: table for name, table in warm("steady", numerics={"grid": 12}).items() if name != "history"}
+    without = {name: table for name, table in warm("steady").items() if name != "history"}
     result = solve({**without, "creepage": {"longitudinal": 0.003}})
     assert stays[TEMPERATURES[0]][0] == pytest.approx(
         result[TEMPERATURES[0]], abs=2.0 * stays[f"uncertainty.{TEMPERATURES[0]}"][0]

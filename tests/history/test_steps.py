@@ -119,7 +119,7 @@ def test_a_cycle_of_the_force() -> None:
     """Johnson, Contact Mechanics, Sec. 7.4: the energy of a loop; the second one repeats the first."""
     q, steps = 0.7, 6
     force = q * MU * WEIGHT
-    moments = history(ball(32, force=(0.0, None), speed=0.0), (0.0, 1.0, 3.0, 5.0, 7.0, 9.0),
+    moments = history(ball(24, force=(0.0, None), speed=0.0), (0.0, 1.0, 3.0, 5.0, 7.0, 9.0),
                       {"force.longitudinal_N": (0.0, force, -force, force, -force, force)}, by_distance=False, begin="pressed",
                       rows=np.linspace(0.0, 9.0, 9 * steps + 1))
     radius = (0.75 * WEIGHT * RADIUS * 0.72 / 1e6) ** (1.0 / 3.0)
@@ -185,7 +185,7 @@ def test_the_steady_state_stays(unlike: bool) -> None:
     assert [moment.applications for moment in moments[1:]] == pytest.approx([6] * 5, abs=6)
 
 
-@pytest.mark.parametrize("unlike", [False, True])
+@pytest.mark.parametrize("unlike", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_it_ends_in_the_steady_state(unlike: bool) -> None:
     """From nothing, and in one step that is much longer than the contact."""
     problem = replace(ball(20), **UNLIKE) if unlike else ball(20)
@@ -203,7 +203,8 @@ PLACES, ROWS = (0.0, 3e-3, 6e-3), np.linspace(0.0, 6e-3, 9)
 
 
 def test_mirror_and_exchange() -> None:
-    problem = replace(ball(20), **UNLIKE)
+    """On any grid."""
+    problem = replace(ball(12), **UNLIKE)
     found = forces(history(problem, PLACES, LOADED, rows=ROWS))
     mirrored = {key: [-value for value in given] if key in (ACROSS, SPIN) else given for key, given in LOADED.items()}
     other = forces(history(problem, PLACES, mirrored, rows=ROWS))
@@ -219,7 +220,7 @@ def test_mirror_and_exchange() -> None:
 
 
 def test_half_the_speed_takes_twice_the_time() -> None:
-    slow, fast = (history(ball(20, speed=speed), [time / speed for time in PLACES], LOADED, by_distance=False,
+    slow, fast = (history(ball(12, speed=speed), [time / speed for time in PLACES], LOADED, by_distance=False,
                           rows=ROWS / speed) for speed in (0.5, 1.0))
     assert np.array_equal(forces(slow), forces(fast))
     assert [moment.time for moment in slow] == [2.0 * moment.time for moment in fast]
@@ -229,11 +230,11 @@ def test_half_the_speed_takes_twice_the_time() -> None:
 
 def test_a_speed_that_changes_is_felt_by_time_alone() -> None:
     """The distance at a time, and the time at a distance, are integrals of the speed; forces depend on distance alone."""
-    steady = history(ball(20), PLACES, LOADED, rows=ROWS)
-    moved = history(ball(20), PLACES, {**LOADED, "rolling.speed_m_s": (1.0, 3.0, 0.5)}, rows=ROWS)
+    steady = history(ball(12), PLACES, LOADED, rows=ROWS)
+    moved = history(ball(12), PLACES, {**LOADED, "rolling.speed_m_s": (1.0, 3.0, 0.5)}, rows=ROWS)
     assert np.allclose(forces(steady), forces(moved), atol=1e-12)
     assert moved[-1].time == pytest.approx(3e-3 * (math.log(3.0) / 2.0 + math.log(6.0) / 2.5))
-    by_time = history(ball(20), (0.0, 2.0), {"rolling.speed_m_s": (0.0, 1e-3), ALONG: (0.0, 0.0)}, by_distance=False,
+    by_time = history(ball(12), (0.0, 2.0), {"rolling.speed_m_s": (0.0, 1e-3), ALONG: (0.0, 0.0)}, by_distance=False,
                       begin="pressed", rows=np.array([0.0, 1.0, 2.0]))
     assert [moment.distance for moment in by_time] == pytest.approx([0.0, 0.25e-3, 1e-3])
 

@@ -130,7 +130,7 @@ def test_exchanged_heat_is_covered() -> None:
         assert abs(value - truth) <= error < 0.2 * truth
 
 
-@pytest.mark.parametrize("spin", [0.0, 1.0])
+@pytest.mark.parametrize("spin", [pytest.param(0.0, marks=pytest.mark.slow), 1.0])
 def test_unlike_bodies_that_slide_with_little_spin(spin: float) -> None:
     """The pole of 0.001 rad/mm lies 20 mm outside the contact: nothing can stick."""
     upper = replace(STEEL, youngs_modulus=70e9)
@@ -141,7 +141,7 @@ def test_unlike_bodies_that_slide_with_little_spin(spin: float) -> None:
     assert solve(replace(problem, numerics=Numerics(accuracy=1e-3))).converged
 
 
-@pytest.mark.parametrize("heating", [MECHANICAL, Heating()])
+@pytest.mark.parametrize("heating", [pytest.param(MECHANICAL, marks=pytest.mark.slow), Heating()])
 def test_everything_is_proportional_to_a_vanishing_creepage(heating: Heating) -> None:
     problem = rolling(creepage=(1e-7, 0.0), heating=heating)
     result = solve(replace(problem, numerics=Numerics(accuracy=1e-3)))
@@ -183,6 +183,7 @@ def test_an_accuracy_leaves_room_for_what_is_left_out() -> None:
     assert "deformation" not in result.work["skipped"] or relative(result)["gamma_p"] < 0.5e-3
 
 
+@pytest.mark.slow
 def test_stress_at_the_surface_with_spin() -> None:
     """The largest von Mises stress lies at the border of the contact: 878.6, 884.7, 883.9, 881.3, 881.0, 879.8 MPa on 96 to
     512 elements per side."""

@@ -157,9 +157,10 @@ def test_a_force_needs_the_creepage_of_carter() -> None:
 
 
 @pytest.mark.parametrize(("friction", "force", "creepage", "pressure"), [
-    (10.0, 0.0, 0.000366, 103.8), (0.05, 0.0, 0.0004294, 103.6), (0.05, -0.75, 0.0005392, 103.3),
+    (10.0, 0.0, 0.000366, 103.8), pytest.param(0.05, 0.0, 0.0004294, 103.6, marks=pytest.mark.slow),
+    (0.05, -0.75, 0.0005392, 103.3),
     # All slides: half of the pressure beyond both places where the slip turns, 0.404 a off the middle.
-    (1e-4, 0.0, 0.0005263, 103.15)])
+    pytest.param(1e-4, 0.0, 0.0005263, 103.15, marks=pytest.mark.slow)])
 def test_aluminium_on_steel_after_bentall_and_johnson(
     friction: float, force: float, creepage: float, pressure: float
 ) -> None:
@@ -233,7 +234,7 @@ def test_material_at_rest_has_no_steady_temperature() -> None:
 TOOTH = Material(206e9, 0.3, 46.6, 11.7e-6, 12.5e-6)
 
 
-@pytest.mark.parametrize("speed", [0.1, 3.0, 60.0])
+@pytest.mark.parametrize("speed", [3.0, *(pytest.param(speed, marks=pytest.mark.slow) for speed in (0.1, 60.0))])
 def test_flash_temperatures_of_sliding_teeth(speed: float) -> None:
     motion, heating = Motion(speed, 0.2, 0.0), Heating(True, False, "rolling", 0.5)
     problem = replace(cylinders(128, TOOTH, TOOTH, motion=motion, load=12.5e3, radii=(0.01, 0.015), friction=Friction(0.06)),

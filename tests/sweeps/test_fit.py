@@ -280,7 +280,7 @@ def test_temperatures_determine_a_conductivity():
 
 
 def test_a_wheelset_is_fitted_as_a_contact():
-    given = {"numerics.grid": 12, "wheelset.wheels": "right", "wheelset.roll_mrad": 0.0, "load.friction_coefficient": 0.25,
+    given = {"numerics.grid": 8, "wheelset.wheels": "right", "wheelset.roll_mrad": 0.0, "load.friction_coefficient": 0.25,
              "wheelset.angular_velocity_rad_s": 4.34, "thermal.heat": False}
     case = Case.read("cases/manchester.toml").with_values(given)
     shifts, measured = [1.0], ("track_force_y_right_N", "Q_F_W")

@@ -31,7 +31,7 @@ HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npecl
 """The article's hot spheres."""
 
 LOAD, KEY = "load.normal_N", "creepage.longitudinal"
-ROW = 7
+ROW = 5
 POINTS = 2 * ROW
 SWEEP = ("--over", f"{LOAD}=60,65", "--over", f"{KEY}=0.0005:0.006:{ROW}")
 """Two batches, of 16 elements."""
