@@ -129,7 +129,7 @@ def test_rows_beyond_friction_have_a_reason_and_spoil_no_other(tmp_path: Path) -
     """Friction carries 95 N: of 0 to 120 N in three rows the last one is too much."""
     free = {"height_mm": None, "vertical_N": 237.0, "angular_velocity_rad_s": None}
     history = {"begin": "steady", "steps": 2, "values": {"wheelset.traction_N": [0.0, 120.0]}}
-    (tmp_path / "pulls.toml").write_text(tomli_w.dumps(wheel(wheelset=free, history=history, numerics={"grid": 12})))
+    (tmp_path / "pulls.toml").write_text(tomli_w.dumps(wheel(wheelset=free, history=history)))
     ended = call("run", tmp_path / "pulls.toml", "-o", tmp_path, "--no-plots")
     assert ended.returncode == 4 and "1 of 3 rows were not solved, the first one at 0.01 s" in ended.stdout
     table = read_table(tmp_path / "pulls_history.csv")
