@@ -66,6 +66,17 @@ def test_a_shift_without_rolling_is_that_of_cattaneo(share: float) -> None:
     assert abs(result["shift_x_um"] * 1e-6 - wanted) < 1e-6 * result.uncertainty["shift_x_um"]
 
 
+def test_heat_of_slip_that_no_element_shows_is_not_nothing() -> None:
+    """2 % of μW: all of 16 elements stick, and 64 show that the border slips. Heat and power were the rounding of work, and so
+    were their errors; now these are a few percent of the work."""
+    course = Course((0.0, 1.0), {FORCE: (0.0, 0.02e-3 * LIMIT)}, steps=4, begin="pressed")
+    coarse, fine = (over_time(course, Motion(0.0, None, 0.0), grid) for grid in (16, 64))
+    assert coarse["gamma_st"] == 1.0 > fine["gamma_st"]
+    for name in ("heat_J_mm", "Q_F_W_mm"):
+        assert 1e-3 * fine["work_J_mm"] > fine[name] > 1e3 * abs(coarse[name])
+        assert fine[name] < coarse.uncertainty[name] < 0.05 * fine["work_J_mm"]
+
+
 @pytest.fixture(scope="module")
 def started() -> Result:
     """Rolling at half the creepage of full sliding, from nothing."""

@@ -198,11 +198,13 @@ def _errors(
     """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at the same places. The
     difference counts `SAFETY` times, as for errors of first order, which jumps and kinks of inputs have, and `NARROW` times
     more where slip is not resolved by elements of the length `dx`; there is a least error of `BORDER`. It changes its sign:
-    an error is no less than that of the rows beside it, and than the mean of all, beside the `FLOOR` of tolerances. Those of
-    work and heat are no less than what is missing between both and the stored energy. Where a difference may vanish by chance
-    in all rows, another one tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`.
-    Forces, energies and the shift also err by the share of the first force that was `interpolated`, until rolling over the
-    contact's length has made the material forget it."""
+    an error is no less than that of the rows beside it, and than the mean of all, beside the `FLOOR` of tolerances. Those
+    of work and heat are no less than what is missing between both and the stored energy. Where nothing rolls and all
+    elements stick, a border that slips unseen rubs away a share of the largest force times the shift: that which slips in
+    Cattaneo's line contact, and no more than an element. Where a difference may vanish by chance in all rows, another one
+    tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`. Forces, energies and the
+    shift also err by the share of the first force that was `interpolated`, until rolling over the contact's length has made
+    the material forget it."""
     found: dict[str, Array] = {}
     problem, of_problem = history.problem_at(rows[-1].place), _known(history.largest)
     columns = {name: np.array([row.scalars[name] for row in rows]) for name in rows[0].scalars}
@@ -212,7 +214,8 @@ def _errors(
     both = [i for i, row in enumerate(rows) if row.place in other]
     half, rolled = DerivedQuantities(history.largest).scales.semi_axis_x, np.array([row.distance for row in rows])
     still, gamma = np.diff(rolled, prepend=rolled[0]) == 0.0, columns["gamma_st"]
-    safety = SAFETY * np.where(still & ((1.0 - (gamma if problem.line else np.sqrt(gamma))) * half < dx), NARROW, 1.0)
+    hidden = still & ((1.0 - (gamma if problem.line else np.sqrt(gamma))) * half < dx)
+    safety = SAFETY * np.where(hidden, NARROW, 1.0)
     for name, column in columns.items() if both else ():
         difference = np.abs(column[both] - np.array([other[rows[i].place].scalars[name] for i in both]))
         known = ~np.isnan(difference)
@@ -221,9 +224,9 @@ def _errors(
             error = over_rows(places, places[both][known], difference[known])
             found[name] = np.where(np.isnan(column), math.nan, safety * error + FLOOR * error_scale(name, largest))
     forgotten = np.exp((rolled[0] - rolled) / (2.0 * half))
-    first = np.hypot(*(columns[known_as(name, columns)][0] for name in ("force_x_N", "force_y_N")))
+    force = np.hypot(*(columns[known_as(name, columns)] for name in ("force_x_N", "force_y_N")))
     for name in [known_as(each, columns) for each in INTERPOLATED] if interpolated else ():
-        size = float(first if name.startswith("force") else np.nanmax(np.abs(columns[name])))
+        size = float(force[0] if name.startswith("force") else np.nanmax(np.abs(columns[name])))
         found[name] = found.get(name, np.zeros(len(rows))) + interpolated * size * forgotten
     moved = still & (gamma > 0.0) & (columns[known_as("elastic_energy_J", columns)] > 0.0)
     for name in {"gamma_st", "stick_area_mm2", "stick_width_mm"} & found.keys():
@@ -233,6 +236,18 @@ def _errors(
     missing = np.abs(columns[worked] - columns[heat] - (columns[stored] - columns[stored][0]))
     balance = np.maximum(found.get(heat, 0.0), np.maximum.accumulate(missing))
     found |= {heat: balance, worked: np.maximum(found.get(worked, 0.0), balance)}
+    stuck = still & (gamma >= 1.0)
+    if both and stuck[1:].any():
+        limits = columns[known_as("normal_N", columns)] * [history.problem_at(row.place).friction.coefficient for row in rows]
+        most = np.maximum.accumulate(force)
+        carried = np.minimum(1.0, most / np.maximum(limits, np.finfo(float).tiny))
+        share = np.minimum(dx / half, 1.0 - np.sqrt(1.0 - carried))
+        path = 1e-6 * np.hypot(*(np.diff(columns[name], prepend=columns[name][0]) for name in ("shift_x_um", "shift_y_um")))
+        rubbed = np.where(stuck, share * most * path, 0.0)
+        found[heat] = np.maximum(balance, np.cumsum(rubbed))
+        power, times = known_as("Q_F_W", columns), np.array([row.time for row in rows])
+        lasted = np.diff(times, prepend=times[0])
+        found[power] = np.maximum(found.get(power, 0.0), rubbed / np.where(lasted > 0.0, lasted, math.inf))
     if "pressure_centre_MPa" in found and "pressure_max_MPa" in found:
         found["pressure_centre_MPa"] = np.maximum(found["pressure_centre_MPa"], MIDDLE * found["pressure_max_MPa"])
     return found
