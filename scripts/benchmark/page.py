@@ -11,6 +11,7 @@ from scripts.figures.figures_documents import fill
 from scripts.figures.figures_drawing import COUPLED, ISOTHERMAL, diagrams
 from scripts.figures.figures_drawing import write as save
 from thermoroll_cli.plots.style import applied
+from thermoroll_cli.problem.scalar_errors import number
 
 NAMES = {HOT: "Sec. 4.1, coupled", "article_4_1_mechanical": "Sec. 4.1, isothermal",
          **{f"article_3_1_case_{n}": f"Sec. 3.1, case {n}" for n in range(1, 6)}}
@@ -108,7 +109,7 @@ def _frictionless(measured: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _rows(measured: list[dict[str, Any]]) -> dict[str, Any]:
     return _table("measured | CPU ms | beside | CPU ms | ratio (least … largest) | applications", [
-        [r["name"], f"{r['ms']:.3g}", r["beside"], f"{r['beside_ms']:.3g}",
+        [r["name"], number(r["ms"], 3), r["beside"], number(r["beside_ms"], 3),
          f"{r['ratio']:.2f} ({r['least']:.2f} … {r['largest']:.2f})",
          f"{r['applications']:.2f}" if r.get("applications") else "–"] for r in measured])
 

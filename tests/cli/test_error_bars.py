@@ -15,7 +15,7 @@ from tests.support.errors import relative
 from thermoroll_cli.cli.tables import scalar_table
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, PROBLEM_SCALARS, SCALARS
-from thermoroll_cli.problem.scalar_errors import MISMATCHES, rounded, with_error
+from thermoroll_cli.problem.scalar_errors import MISMATCHES, number, rounded, with_error
 
 CASE = (
     THERMAL.replace("grid = 16", "grid = 20").replace("longitudinal = 0.003", "lateral = 0.001\nspin_rad_mm = 0.002")
@@ -136,10 +136,21 @@ def test_a_meaning_without_room_is_shortened() -> None:
         (2.0, math.nan, "2"),
         (1.0, 0.0, "1"),
         (5.0, 1e-9, "5 ± 1e-09"),
+        (-6.2446e-16, math.nan, "0"),
+        (2e-10, math.nan, "2e-10"),
+        (100000.4, math.nan, "100000"),
+        (-123456.7, 1e-3, "-123460 ± 1e-03"),
+        (999999.0, math.nan, "1e+06"),
     ],
 )
 def test_value_with_error(value: float, error: float, text: str) -> None:
     assert with_error(value, error) == text
+
+
+def test_numbers_of_a_column_are_written_alike() -> None:
+    """Those of a load that passes 100 kN; what a symmetry makes zero but for rounding has no digits."""
+    assert [number(value) for value in (99021.3, 1e5, 123456.7)] == ["99021", "100000", "123460"]
+    assert [number(value, 4) for value in (1502.4, 15024.0, 8.63e-17, -0.0)] == ["1502", "15020", "0", "0"]
 
 
 def test_a_value_beside_another_has_its_digits() -> None:

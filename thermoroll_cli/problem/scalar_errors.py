@@ -118,6 +118,11 @@ MISMATCH_DIGITS = 2
 """Digits of a scalar that is an error itself."""
 NEGLIGIBLE_ERROR = 1e-6
 """Errors below this share of their value do not limit its digits."""
+PLAIN = 1e6
+"""Numbers below this are written without a power of ten."""
+ROUNDING = 1e-12
+"""Values without an error below this, in the units of names (mm, N, mrad, …), are zero but for rounding: displacements of
+nanometres and wear rates of 1e-10 mm³/Nm are far above."""
 SYMMETRY_NOISE = 1e-6
 """Forces, moments and creepages below this share of their whole are zero by symmetry but for rounding."""
 STEADY = 1e-6
@@ -194,7 +199,7 @@ def rounded(value: float, error: float) -> str:
 def _digits(value: float, error: float) -> tuple[int, int]:
     """Power of ten to factor out of numbers too small or too large to be written plainly, and the number of decimals."""
     size = max(abs(value), error)
-    power = 0 if 1e-3 <= size < 1e6 else math.floor(math.log10(size))
+    power = 0 if 1e-3 <= size < PLAIN else math.floor(math.log10(size))
     leading = math.floor(math.log10(error / 10.0**power))
     return power, -leading + (1 if error / 10.0 ** (power + leading) < 1.95 else 0)
 
@@ -204,9 +209,11 @@ def _fixed(value: float, power: int, decimals: int) -> str:
 
 
 def number(value: float | None, digits: int = SIGNIFICANT_DIGITS) -> str:
-    """A number with the digits worth reading; a dash for one that was not computed."""
-    # Adding zero takes the sign of a negative one.
-    return f"{value + 0.0:.{digits}g}" if value is not None and math.isfinite(value) else "–"
+    """A number with the digits worth reading, 0 for what rounding left of it; a dash for one that was not computed."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    text = "0" if abs(value) < ROUNDING else f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(float(text)) < PLAIN else text
 
 
 def computed(value: Any) -> bool:
