@@ -95,7 +95,7 @@ def test_commands_that_need_another_contact(command: str, code: int, words: str,
 
 def test_stresses_and_strength_have_files_pictures_and_paths(case: Path, tmp_path: Path) -> None:
     settings = [part for key in ("subsurface.layers=12", "strength.lower.shear_yield_MPa=300") for part in ("--set", key)]
-    done = call("run", case, "-o", tmp_path, "--json", *settings, painted=True)
+    done = call("run", case, "-o", tmp_path, "--json", *settings)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert {"gears_subsurface_lower", "gears_strength_lower", "gears_shakedown_map"} <= {

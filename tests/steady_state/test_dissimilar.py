@@ -173,7 +173,8 @@ def quarter_matrix(table, parity, x, y, image):
     return total
 
 
-@pytest.mark.parametrize(("poisson_ratio", "stick_ratio"), [(0.0, 0.5), (0.25, 0.7)])
+@pytest.mark.parametrize(("poisson_ratio", "stick_ratio"), [
+    pytest.param(0.0, 0.5, marks=pytest.mark.slow), (0.25, 0.7)])
 def test_spence_stick_circle(poisson_ratio, stick_ratio):
     """Indentation with friction does not roll, so the program cannot run it; but its kernels, in equations of their own, do:
     rigid flat punch (Spence's stick ratio is that of the sphere), u_t = 0 where it sticks, τ = μp where it slips."""
@@ -331,7 +332,7 @@ def test_differences_shrink_under_refinement():
     assert worst(128, contact) < worst(64, contact) + 5e-4 < worst(16, contact)
 
 
-@pytest.mark.parametrize("name", ["polymer_lower", "alu_ceramic_mixed"])
+@pytest.mark.parametrize("name", [pytest.param("polymer_lower", marks=pytest.mark.slow), "alu_ceramic_mixed"])
 def test_cost_beside_one_material(name, monkeypatch):
     """At most 2.5 times the applications of the same problem without mismatch; all transforms counted, three times where its
     tractions need half the contact only and the pressure all of it.

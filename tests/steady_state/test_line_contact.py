@@ -313,7 +313,7 @@ def test_shear_and_heat_below_the_surface() -> None:
     assert not across.fields["shear_x"].any() and across.bodies["lower"].strength["dang_van"].ndim == 1
     motion, heating = Motion(3.0, 0.2, 0.0), Heating(True, False, "rolling", 0.5)
     tooth = replace(cylinders(64, TOOTH, TOOTH, motion=motion, load=2e5, radii=(0.01, 0.015), friction=Friction(0.06)),
-                    heating=heating, subsurface=request, wear=Wear(WornBody(1e-15), WornBody()))
+                    heating=heating, subsurface=SubsurfaceRequest(("lower",), layers=6), wear=Wear(WornBody(1e-15), WornBody()))
     hot = solve(tooth)
     inside, rise = hot.bodies["lower"].plane, hot.fields["temperature_rise_lower"]
     cold = solve(replace(tooth, heating=MECHANICAL)).bodies["lower"].plane
