@@ -112,7 +112,8 @@ def relaxing_cylinder(ratio: float, length: float, grid: int) -> tuple[Problem, 
                    Numerics((grid, 1))), half
 
 
-@pytest.mark.parametrize(("ratio", "length"), [(2.0, 0.1), (2.0, 1.0), (10.0, 0.3), (10.0, 1.0), (10.0, 3.0)])
+@pytest.mark.parametrize(("ratio", "length"), [
+    (2.0, 0.1), (10.0, 1.0), *(pytest.param(*row, marks=pytest.mark.slow) for row in ((2.0, 1.0), (10.0, 0.3), (10.0, 3.0)))])
 def test_cylinders_that_relax_are_those_of_hunter(ratio: float, length: float) -> None:
     problem, half = relaxing_cylinder(ratio, length, 128)
     result, exact = solve(problem), hunter(ratio, length)
@@ -155,7 +156,8 @@ def test_a_coating_of_its_body_is_no_coating() -> None:
 
 
 @pytest.mark.parametrize(("body", "across"), [
-    (coated(layer(1e-4)), False), (replace(STEEL, relaxation=((0.6, 2e-4), (0.2, 2e-3))), True)])
+    pytest.param(coated(layer(1e-4)), False, marks=pytest.mark.slow),
+    (replace(STEEL, relaxation=((0.6, 2e-4), (0.2, 2e-3))), True)])
 def test_creepages_at_which_all_slides_know_layers_and_memory(body: Material, across: bool) -> None:
     """And between them a strip that sticks within an element of the coarse grid is in its estimate."""
     about = DerivedQuantities(cylinders(body)).saturation_creepage / (1.0 - STEEL.poisson_ratio * across)

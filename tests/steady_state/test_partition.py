@@ -361,7 +361,7 @@ def test_an_element_that_the_border_hardly_reaches_hardly_exchanges():
     assert 0.0 < fluxes[0][rim].max() < 0.01 * fluxes[0].max()
 
 
-@pytest.mark.parametrize("peclet", ["rolling", "stationary", "sliding"])
+@pytest.mark.parametrize("peclet", ["rolling", "stationary", pytest.param("sliding", marks=pytest.mark.slow)])
 def test_coupled_with_thermal_deformation(peclet):
     """Different expansions: each body's own part of the heat deforms it, within a few outer iterations."""
     heating = replace(MATCHED, peclet=peclet, bulk_upper=40.0)

@@ -76,7 +76,12 @@ VARIED = {
 }
 
 
-@pytest.fixture(params=VARIED, ids=[name.replace(" ", "-") for name in VARIED])
+SECOND = ("elliptic 4:1", "odd grid", "low friction", "no Poisson effect", "almost all slip")
+"""Of which others are further than these, or are both at once."""
+
+
+@pytest.fixture(params=[pytest.param(name, marks=pytest.mark.slow if name in SECOND else (), id=name.replace(" ", "-"))
+                        for name in VARIED])
 def varied(request) -> Problem:
     return VARIED[request.param]
 

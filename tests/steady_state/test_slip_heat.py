@@ -94,7 +94,8 @@ def test_heat_of_each_element_is_carters(n, within, share):
         assert np.abs(found.heat - expected).max() < within * expected.max()
 
 
-@pytest.mark.parametrize(("share", "within"), [(0.2, 1.2e-2), (0.3, 5e-3), (0.5, 3e-3)])
+@pytest.mark.parametrize(("share", "within"), [
+    *(pytest.param(*row, marks=pytest.mark.slow) for row in ((0.2, 1.2e-2), (0.3, 5e-3))), (0.5, 3e-3)])
 def test_temperatures_of_fast_material_are_carters(share, within):
     """Root mean square over the hot part of the contact at N = 32, with zones from 6 elements on; the first elements, which
     one slope each does not describe, converge like h^1.5. Everywhere closer than by τ·s and differences of it."""

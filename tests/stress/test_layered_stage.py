@@ -118,8 +118,9 @@ def test_scalars_are_those_of_the_fields(coated: Result) -> None:
 
 def test_a_layer_of_the_bodys_material_changes_nothing() -> None:
     """But for the depths of the peak's search; both bodies keep Hertz's contact."""
-    plain = solved(STEEL, STEEL)
-    alike = solved(STEEL, replace(STEEL, layers=(Layer(1e-4, STEEL.youngs_modulus, STEEL.poisson_ratio),)))
+    few = SubsurfaceRequest(layers=16)
+    plain = solved(STEEL, STEEL, few)
+    alike = solved(STEEL, replace(STEEL, layers=(Layer(1e-4, STEEL.youngs_modulus, STEEL.poisson_ratio),)), few)
     assert alike.of_problem["hertz_p0_MPa"] == plain.of_problem["hertz_p0_MPa"]
     for name, value in plain.subsurface.scalars.items():
         assert alike.subsurface.scalars[name] == pytest.approx(value, rel=1e-3, abs=1e-3 * plain["hertz_p0_MPa"]), name
@@ -136,7 +137,8 @@ def test_bodies_coated_alike_share_tables() -> None:
 def test_an_interface_deeper_than_the_stresses_is_named() -> None:
     """What the layers carry is reported all the same."""
     thick = replace(STEEL, layers=(Layer(5e-3, 70e9, 0.3),))
-    problem = replace(rolling(grid=16, creepage=(0.5, 0.0)), upper=thick, heating=MECHANICAL, subsurface=SubsurfaceRequest())
+    problem = replace(rolling(grid=16, creepage=(0.5, 0.0)), upper=thick, heating=MECHANICAL,
+                      subsurface=SubsurfaceRequest(("upper",), layers=8))
     assert "depth_mm" in make_plan(problem).skipped["below the surface, interface of the upper body"]
     scalars = solve(problem).subsurface.scalars
     assert math.isnan(scalars["interface_shear_max_upper_MPa"])
@@ -223,7 +225,8 @@ def test_estimates_cover_what_a_finer_grid_changes(seed: int) -> None:
 def test_a_coated_ball_through_files(tmp_path: Path) -> None:
     """From the command line: scalars in JSON, HDF5 and CSV, the picture, a history on both sides of an interface, the plan."""
     case = ROOT / "cases" / "coated_ball.toml"
-    done = call("run", case, "--set", "numerics.grid=16", "-o", tmp_path, "--json", "--no-plots")
+    few = "--set", "subsurface.layers=16"
+    done = call("run", case, "--set", "numerics.grid=16", *few, "-o", tmp_path, "--json", "--no-plots")
     assert done.returncode == 0
     record = json.loads(done.stdout)
     assert any("elements thick" in warning and "stresses" in warning for warning in record["warnings"])
@@ -241,10 +244,10 @@ def test_a_coated_ball_through_files(tmp_path: Path) -> None:
             below[z] = np.array([float(row["upper_stress_xx_MPa"]) for row in csv.DictReader(stream)])
     change, jump = (np.abs(below[z] - below[2.0]).max() for z in (1.999, 2.001))
     assert jump > 20.0 * change > 0.0
-    over = "--set", "numerics.grid=8", "--over", "load.normal_N=50,60", "--no-plots"
+    over = "--set", "numerics.grid=8", "--set", "subsurface.layers=6", "--over", "load.normal_N=50,60", "--no-plots"
     assert call("sweep", case, *over, "-o", tmp_path / "s").returncode == 0
     with open(tmp_path / "s" / "sweep.csv") as stream:
         shear = [float(row["interface_shear_max_upper_MPa"]) for row in csv.DictReader(stream)]
     assert shear[1] > shear[0] > 0.0
-    shown = json.loads(call("show", case, "--json").stdout)
+    shown = json.loads(call("show", case, *few, "--json").stdout)
     assert "below the surface" in shown["run"] and shown["subsurface_layers"] == len(stored.bodies["upper"].depths)
