@@ -260,6 +260,7 @@ def test_memory_makes_steep_laws_converge_at_second_order() -> None:
     assert np.log2(errors[0] / errors[2]) / 2.0 > 1.5
 
 
+@pytest.mark.slow
 def test_the_coefficient_is_that_of_the_tractions_though_newton_stalls() -> None:
     """So steep a law is solved by the fixed point on its coefficients."""
     steep = Friction(0.3, FrictionLaw("exponential", 0.3, 1e-6, memory=1e-7))

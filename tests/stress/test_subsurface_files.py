@@ -149,6 +149,7 @@ def test_stress_path(full: Path, tmp_path: Path) -> None:
     assert call("export", full, "--format", "xdmf", "--stress-path", "0,0").returncode == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", [pytest.param(THERMAL, marks=pytest.mark.slow), MECHANICAL + """
 [[material.lower.layers]]
 thickness_um = 20.0

@@ -110,6 +110,7 @@ def test_a_value_at_its_bound_says_so():
     assert any("at the end of its range" in warning for warning in found.warnings)
 
 
+@pytest.mark.slow
 def test_several_varied_keys_and_scalars_at_once():
     points = [(1e-3, 5e-4), (6e-3, -2e-3)]
     case = CASE | {"load": {"normal_N": 9400.0, "friction_coefficient": 0.4}}
@@ -269,6 +270,7 @@ def test_a_value_within_its_error_of_zero_says_so():
     assert note.endswith(f"{value.value:.3g} ± {value.uncertainty_95:.2g}")
 
 
+@pytest.mark.slow
 def test_temperatures_determine_a_conductivity():
     steel = {"conductivity_W_mK": 45.0, "diffusivity_mm2_s": 12.3, "expansion_um_mK": 11.0}
     case = {**CASE, "material": CASE["material"] | steel, "creepage": {"longitudinal": 5e-3}, "thermal": {"deformation": False}}

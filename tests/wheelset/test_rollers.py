@@ -54,6 +54,12 @@ def on_rollers(track: Mapping[str, Any] = {}, **wheelset: Any) -> Result:
     return solve({**MANCHESTER, "track": {**MANCHESTER["track"], **track}, "wheelset": {**MANCHESTER["wheelset"], **wheelset}})
 
 
+@pytest.fixture(scope="module")
+def small() -> Result:
+    """On rollers that a wheelset feels."""
+    return on_rollers({"roller_radius_mm": 500.0})
+
+
 @pytest.mark.parametrize("patches", sampled(["curved", "planar"]))
 def test_large_rollers_are_straight_rails(patches: str) -> None:
     straight, rollers = on_rollers(patches=patches), on_rollers({"roller_radius_mm": 1e8}, patches=patches)
@@ -61,9 +67,9 @@ def test_large_rollers_are_straight_rails(patches: str) -> None:
         assert rollers.scalars[name] == pytest.approx(straight.scalars[name], rel=1e-4)
 
 
-def test_small_rollers_are_felt_and_balanced() -> None:
+def test_small_rollers_are_felt_and_balanced(small: Result) -> None:
     """Contacts are shorter, and the wheelset finds the speed of the rollers."""
-    straight, rollers = on_rollers(), on_rollers({"roller_radius_mm": 500.0})
+    straight, rollers = on_rollers(), small
     assert rollers.converged and rollers.scalars["power_balance_error"] < 1e-3
     assert rollers.scalars["angular_velocity_rad_s"] == pytest.approx(straight.scalars["angular_velocity_rad_s"], rel=5e-3)
     assert rollers.scalars["contact_area_mm2"] < 0.9 * straight.scalars["contact_area_mm2"]
@@ -72,9 +78,8 @@ def test_small_rollers_are_felt_and_balanced() -> None:
     assert ratio == pytest.approx(2.0, rel=1e-4)
 
 
-def test_the_mirror_image_has_mirrored_forces() -> None:
-    track = {"roller_radius_mm": 500.0}
-    here, there = on_rollers(track), on_rollers(track, lateral_shift_mm=-4.0, yaw_mrad=-9.6)
+def test_the_mirror_image_has_mirrored_forces(small: Result) -> None:
+    here, there = small, on_rollers({"roller_radius_mm": 500.0}, lateral_shift_mm=-4.0, yaw_mrad=-9.6)
     for axis, sign in zip("xyz", (1.0, -1.0, 1.0), strict=True):
         ours, theirs = here.scalars[f"track_force_{axis}_left_N"], there.scalars[f"track_force_{axis}_right_N"]
         assert ours == pytest.approx(sign * theirs, rel=1e-6)
@@ -123,6 +128,7 @@ def test_pressure_has_no_torque_about_the_roller(more: dict[str, float]) -> None
     assert abs(total) > 20.0 and total == pytest.approx(sum(ahead), rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_edge_of_a_wheel_far_off_its_roller_is_a_reason() -> None:
     """Where the surface turns by 78 degrees in a patch, an approach closes hardly any of its gap."""
     right = {"shift_y_mm": -2.966279163583489, "shift_z_mm": 0.34092236539617016, "roll_mrad": 9.486913034411977}
