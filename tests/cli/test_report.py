@@ -166,6 +166,18 @@ def test_sweeps(tmp_path: Path) -> None:
     assert sum(tag == "tr" for tag, _ in page.elements) == 4 and sum(tag == "img" for tag, _ in page.elements) == 1
 
 
+def test_a_sweep_over_two_keys(tmp_path: Path) -> None:
+    """The name of its picture has a unit with a slash; keys in the header break between their words, and not inside."""
+    case(MECHANICAL, tmp_path)
+    keys = ("--over", "creepage.longitudinal=0.001,0.002", "--over", "creepage.spin_rad_mm=0,0.001")
+    done = call("sweep", "a.toml", *keys, "--report", "--no-plots", "-q", "-o", ".", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = read(tmp_path / "sweep_report.html")
+    assert "scalars over longitudinal creepage and spin (rad/mm)" in page.text
+    text = (tmp_path / "sweep_report.html").read_text(encoding="utf-8")
+    assert "<th>creepage.<wbr>spin_<wbr>rad_<wbr>mm</th>" in text and not re.search(r"\bth \{[^}]*anywhere", text)
+
+
 @pytest.mark.usefixtures("without_pictures")
 def test_several_sweeps(tmp_path: Path) -> None:
     case(MECHANICAL, tmp_path)

@@ -158,8 +158,9 @@ def pictures_of(draw_in: Draw) -> tuple[Picture, ...]:
 
 
 def picture(name: str, draw: Callable[[Path], object]) -> tuple[Picture, ...]:
-    """The only picture of a section, which `draw` writes to a file."""
-    return pictures_of(lambda folder, formats: [draw(folder / f"{name}.{each}") for each in formats])
+    """The only picture of a section, which `draw` writes to a file; its name may hold what no file has, as of rad/mm."""
+    shown = pictures_of(lambda folder, formats: [draw(folder / f"picture.{each}") for each in formats])
+    return tuple(one._replace(name=name) for one in shown)
 
 
 def of_result(result: Result, name: str) -> Section:

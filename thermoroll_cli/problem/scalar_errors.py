@@ -121,8 +121,8 @@ NEGLIGIBLE_ERROR = 1e-6
 PLAIN = 1e6
 """Numbers below this are written without a power of ten."""
 ROUNDING = 1e-12
-"""Values without an error below this, in the units of names (mm, N, mrad, …), are zero but for rounding: displacements of
-nanometres and wear rates of 1e-10 mm³/Nm are far above."""
+"""Values below this, with errors that are, too, are zero but for rounding in the units of names (mm, N, mrad, …): displacements
+of nanometres and wear rates of 1e-10 mm³/Nm are far above."""
 SYMMETRY_NOISE = 1e-6
 """Forces, moments and creepages below this share of their whole are zero by symmetry but for rounding."""
 STEADY = 1e-6
@@ -175,7 +175,7 @@ def isothermal_text(name: str, row: Mapping[str, Any]) -> str:
 def with_error(value: float, error: float) -> str:
     """`11.07 ± 0.02`: the error with one digit (two if it starts with 1), the value with as many decimals. No ± without an
     error (nan)."""
-    if not math.isfinite(error) or error == 0.0:
+    if not math.isfinite(error) or error == 0.0 or max(abs(value), error) < ROUNDING:
         return number(value)
     if error < NEGLIGIBLE_ERROR * abs(value):
         return f"{number(value)} ± {error:.0e}"
@@ -188,7 +188,7 @@ def with_error(value: float, error: float) -> str:
 
 def rounded(value: float, error: float) -> str:
     """`value` with the digits that `with_error` shows of it."""
-    if not (math.isfinite(value) and math.isfinite(error)) or error <= NEGLIGIBLE_ERROR * abs(value):
+    if not (math.isfinite(value) and math.isfinite(error)) or abs(value) < ROUNDING or error <= NEGLIGIBLE_ERROR * abs(value):
         return number(value)
     power, decimals = _digits(value, error)
     if round(value / 10.0**power, decimals) == 0.0:
