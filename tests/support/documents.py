@@ -18,13 +18,17 @@ class Printed(NamedTuple):
 
 
 def page(name: str) -> str:
+    """A page by its name, or the comment at the beginning of a case."""
+    if name.endswith(".toml"):
+        comment = (ROOT / name).read_text(encoding="utf-8").partition("\n\n")[0]
+        return "\n".join(line.removeprefix("#") for line in comment.splitlines())
     return (ROOT / ("" if name == "README" else "docs") / f"{name}.md").read_text(encoding="utf-8")
 
 
 def printed(name: str, text: str) -> list[Printed]:
     """The numbers of `text`, which must stand on the page, however its lines are broken. Zeros at the end of a whole number
     are no digits of it."""
-    assert " ".join(text.split()) in " ".join(page(name).split()), f"docs/{name}.md does not say: {text}"
+    assert " ".join(text.split()) in " ".join(page(name).split()), f"{name} does not say: {text}"
     found = []
     for sign, whole, decimals, exponent in NUMBER.findall(text):
         power = int((exponent or "0").replace("−", "-"))

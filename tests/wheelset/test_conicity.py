@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
+from tests.support.documents import printed
 from thermoroll_cli import CaseError, conicity
 from thermoroll_cli.exact.hertz import hertz_contact
 
@@ -54,6 +55,12 @@ def test_conicity_is_within_the_tolerance_of_the_norm(name):
     low, high = np.minimum(*reference[:, [3, 5]].T), np.maximum(*reference[:, [2, 4]].T)
     assert ((low <= found) & (found <= high)).all()
     assert np.median(np.abs(found - reference[:, 1])) < 0.003
+
+
+def test_values_of_the_norm_are_as_many_as_documents_say():
+    values = [np.loadtxt(FOLDER / f"ben_{name}.dat").shape[0] for name in NORM]
+    count, *_ = printed("verification", "264 values of four cases")
+    assert sum(values) == count.value
 
 
 def cone(gamma: float) -> list[list[float]]:

@@ -73,6 +73,12 @@ def test_forces_of_tread_and_flange_are_those_of_contact(patches, theirs, within
     assert_is_printed(result, theirs, row)
 
 
+def test_forces_of_joined_patches_that_documents_quote_are_those_of_contact():
+    forces_there = case_named("A2.2 right y=5.0 joined, conformal", "conformal")["contact"]["force_rail_track_N"]
+    for number, value in zip(printed("wheelset", "−849 and 20 N on the right rail"), forces_there, strict=False):
+        assert value == pytest.approx(number.value, abs=1.0)
+
+
 def test_constant_points_change_nothing_and_a_mirrored_wheelset_mirrors():
     given = right_wheel(None, friction_coefficient=0.3)
     assert right_wheel({"over_angle": [[-20.0, 0.3], [5.0, 0.3]]}).scalars == given.scalars
