@@ -187,9 +187,9 @@ def test_fast_motion_is_one_dimensional_conduction():
 def test_every_speed_is_finite_and_continuous(name):
     """From far below the smallest double that squares to more than zero, up to 1e5, without warnings or steps."""
     peclets = np.concatenate(([1e-300, 1e-30], np.logspace(-14, 5, 77)))
-    tables = np.array([TABLES[name](5, 4, 3.0, p) for p in peclets])
+    tables = np.array([TABLES[name](3, 2, 3.0, p) for p in peclets])
     assert np.isfinite(tables).all()
-    at_source = tables[:, 4, 3]
+    at_source = tables[:, 2, 1]
     assert (np.diff(at_source) <= 1e-10 * at_source[1:]).all()
     # A step of a quarter of a decade changes U by (b/2π) ln 10/4 at most, and T by about a factor 10^(1/8).
     if name == "temperature":

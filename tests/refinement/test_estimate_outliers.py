@@ -10,6 +10,7 @@ import pytest
 from scripts.stress.coverage import pairs_of, shortfall
 from scripts.stress.populations import POPULATIONS
 from tests.support.errors import relative
+from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, rolling
 from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.geometry import Geometry
@@ -17,7 +18,6 @@ from thermoroll_cli.problem.problem import Material, Numerics
 
 OUTLIERS = (
     ("coverage of contacts", 7362, 32, 26.0),  # the largest traction at the border of the patch of stick about the pole of spin
-    ("coverage of contacts", 6037, 64, 20.0),  # heat into a body that turns, which one with another temperature gives it
     ("coverage of random contacts", 41033, 32, 31.0),  # a patch of stick a hundredth of the contact wide
     ("coverage of contacts", 41020, 32, 227.0),  # a patch of stick where a found creepage still falls with every grid
     ("coverage of profiles", 71022, 32, 4.8),  # two patches of one and two elements, which share the load as elements give way
@@ -25,6 +25,7 @@ OUTLIERS = (
 )
 """Population, seed, elements, and error over estimate before."""
 SLOW_OUTLIERS = (
+    ("coverage of contacts", 6037, 64, 20.0),  # heat into a body that turns, which one with another temperature gives it
     ("coverage of random contacts", 5081, 32, 24.0),  # two peaks of pressure between unlike bodies that agreed by accident
     ("coverage of contacts", 4223, 64, 13.0),  # a small spin moment under strong heat
     ("coverage of strength and wear", 41003, 32, 197.0),  # shakedown governed by the surface on finer grids only
@@ -33,7 +34,7 @@ SLOW_OUTLIERS = (
 )
 
 
-@pytest.mark.parametrize("seed", [489, 362, 378, 491])
+@pytest.mark.parametrize("seed", sampled([362, 489, 491, 378]))
 def test_estimates_cover_what_they_once_missed(seed: int) -> None:
     """Slip zones narrower than an element, forces close to μW: of the stress generator, N = 32. (Seed 334 is another, whose
     reference alone takes half a minute: `make stress` has it.)"""

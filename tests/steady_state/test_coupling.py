@@ -312,6 +312,7 @@ def test_a_larger_domain_changes_nothing_but_the_resolution():
 # --- order --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_elements_of_the_border_that_come_and_go_are_no_limit_of_the_heat():
     """A pair of them changes the expansion by 1.2e-4 of the approach from turn to turn, on this grid alone."""
     case = reference("estimate_references")["cases"][47]
