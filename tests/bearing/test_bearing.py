@@ -16,6 +16,7 @@ from scipy.special import ellipe
 
 from scripts.closed_forms import heathcote
 from tests.support.command_line import call
+from tests.support.documents import printed
 from thermoroll_cli import Case, CaseError, Solver, read_result, solve
 from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
 from thermoroll_cli.problem.result import Result
@@ -105,10 +106,11 @@ def test_examples_of_iso_ts_16281(
     clearance: float, axial: float, radial: float, moment: float | None, expected: dict[str, float]
 ) -> None:
     result = iso(clearance, axial, radial, moment)
+    most, tilt = printed("bearing", "within 0.02 %, the tilt within 1 %")
     for name, value in expected.items():
         # The technical specification lets moments act at another arm.
-        allowed = {"tilt_mrad": 0.015, "life_L10r_Mrev": 1e-3}.get(name, 5e-4)
-        assert result[name] == pytest.approx(value, rel=allowed, abs=1e-12), name
+        allowed = tilt.value + tilt.rounding if name == "tilt_mrad" else most.value
+        assert result[name] == pytest.approx(value, rel=0.01 * allowed, abs=1e-12), name
 
 
 def test_race_control_is_that_of_jones_and_harris() -> None:

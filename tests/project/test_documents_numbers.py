@@ -253,6 +253,21 @@ def test_the_tutorial_shows_what_its_commands_print(tmp_path: Path) -> None:
             assert there == pytest.approx(here, rel=0.02), old
 
 
+@pytest.mark.slow
+def test_how_much_softer_clean_dry_steel_is_follows_from_the_interlayers() -> None:
+    """At a hundredth of a per cent of slip, with the interlayers that were fitted and without."""
+    values = {"creepage.longitudinal": 1e-4, "numerics.grid": 32, "thermal.heat": False}
+    rigs = printed("verification", "24 and 30 % on the first two rigs")
+    for shown, name in zip(rigs, ("vt_fra_roller_rig", "twin_disc_lewis"), strict=True):
+        case = Case.read(ROOT / "cases" / f"{name}.toml")
+        soft, smooth = (solve(case.with_values({**values, **layer}))["force_x_N"]
+                        for layer in ({}, {"layer.compliance_um_GPa": 0.0}))
+        assert 100.0 * (1.0 - soft / smooth) == pytest.approx(shown.value, abs=0.5)
+    for shown, row in zip(printed("verification", "1 to 4 µm/GPa on clean steel, 150 on a dirty rail"),
+                          ("interlayer", "creep curve, interlayer", "layer, falling friction, memory, given"), strict=True):
+        assert cell("verification", row, "interlayer (µm/GPa)")[0].value == pytest.approx(shown.value, abs=shown.rounding), row
+
+
 # --- calculations by hand -------------------------------------------------------------------------------------------------
 
 
