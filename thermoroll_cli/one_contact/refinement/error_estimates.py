@@ -345,8 +345,10 @@ class Resolution:
     @property
     def hidden(self) -> float:
         """Share that may slip behind what sticks in a zone narrower than an element: no more than the contact carries, twice
-        that of Carter's line contact and 1.5 times that of a circle (Vermeulen and Johnson)."""
-        return min(1.0 / self.elements, self.carried)
+        that of Carter's line contact and 1.5 times that of a circle (Vermeulen and Johnson). Of wider zones it is that in
+        which borders lie at one place of their elements: those of a line contact alone."""
+        counts = self.derived.problem.line or self.slipping < 1.0
+        return min(1.0 / self.elements, self.carried) if counts else 0.0
 
     @property
     def strip(self) -> float:
