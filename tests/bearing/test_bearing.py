@@ -198,6 +198,7 @@ def test_either_ring_may_turn() -> None:
         assert spins[0] == pytest.approx(spins[1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_twice_the_balls_and_the_lengths_with_eight_times_the_thrust_of_the_same_bearing(thrust: Result) -> None:
     """Under thrust every ball is alike. Twice the lengths, four times the loads and half of the speed have the same strains,
     angles, and creepages, and eight times the torque of each ball."""

@@ -292,6 +292,7 @@ def test_a_wheelset_is_fitted_as_a_contact():
     assert found.parameters[KEYS[0]].value == pytest.approx(0.25, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_grid_without_an_estimate_gives_no_interval():
     found = fit(CASE | {"numerics": {"grid": 8}}, creep_curve(0.4, 2.0), KEYS)
     assert all(math.isnan(one.uncertainty_95) for one in found.parameters.values())
