@@ -24,6 +24,7 @@ def test_commands_that_compute_have_the_same_options(command: object) -> None:
         assert f"options.{name}" in declared, name
 
 
+@pytest.mark.slow
 def test_conicity_takes_them(tmp_path: Path) -> None:
     done = call("conicity", CASES / "manchester.toml", "--amplitude", "3:4:2", "-v", "--dpi", 50, "--report", "-o", tmp_path)
     assert done.returncode == 0, done.stderr

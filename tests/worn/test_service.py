@@ -221,6 +221,7 @@ def test_errors_cover_shorter_steps() -> None:
         assert 0.0 < apart < coarse[-1][f"uncertainty.{name}"] < 0.2 * coarse[-1][name]
 
 
+@pytest.mark.slow
 def test_a_position_that_has_failed_is_solved_again(whole: Path, tmp_path: Path) -> None:
     """What failed for want of memory, or with an older version, is no fate of the evolution."""
     first, *records = (whole / "results" / "m_wear.jsonl").read_text().splitlines(keepends=True)
