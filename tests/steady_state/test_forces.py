@@ -46,7 +46,7 @@ def creepage_scale(problem: Problem) -> float:
     return math.hypot(m.creepage_x or 0.0, m.creepage_y or 0.0) or saturation(problem).creepage
 
 
-@pytest.mark.parametrize("directions", ["xy", "x", "y"])
+@pytest.mark.parametrize("directions", ["xy", "x", pytest.param("y", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("case", CASES)
 def test_forward_creepages_are_recovered(case, directions):
     """Force met to 1e-6 μW, creepage to 1e-4; with one force given, the other creepage and the spin stay as given."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, spheres, twin_disc
+from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, solved, spheres, twin_disc
 from thermoroll_cli.one_contact.refinement.expected_heat import bulge_bound, deformation_effect
 from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.one_contact.refinement.refine import first_guess
@@ -71,7 +71,7 @@ def test_no_friction() -> None:
 
 @pytest.mark.parametrize("name", ["force_x_N", "force_y_N", "Q_F_W", "gamma_st", "gamma_p", "gamma_c"])
 def test_heat_switched_off(name: str) -> None:
-    cold, warm = (solve(rolling(creepage=CREEPAGE, heating=h)) for h in (MECHANICAL, Heating(deformation=False)))
+    cold, warm = (solved(rolling(creepage=CREEPAGE, heating=h)) for h in (MECHANICAL, Heating(deformation=False)))
     assert "heat" in cold.work["skipped"] and "heat" not in warm.work["skipped"]
     assert cold.coupled.scalars[name] == warm.coupled.scalars[name]
     assert np.isnan(cold.coupled.scalars["temperature_rise_max_lower_K"])
