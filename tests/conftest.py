@@ -27,11 +27,12 @@ def pytest_configure(config: pytest.Config) -> None:
         command_line.WARNINGS["PYTHONWARNINGS"] = "error"
 
 
-LONGEST = ("test_bearing", "test_history_case", "test_documents_commands", "test_fit", "test_relaxation", "test_solve_wheelset",
-           "test_run_pictures", "test_stress_small", "test_cli_process", "test_faults", "test_tangential", "test_sweep",
-           "test_sweep_faults", "test_slip_friction", "test_stage", "test_wheelset_file", "test_conicity",
-           "test_measured_profiles", "test_thermal_friction", "test_creep_table", "test_worn", "test_report", "test_service",
-           "test_documents", "test_strong_heat", "test_line_contact", "test_determinism", "test_other_systems")
+LONGEST = ("test_history_case", "test_bearing", "test_fit", "test_solve_wheelset", "test_documents_commands", "test_relaxation",
+           "test_run_pictures", "test_stage", "test_cli_process", "test_faults", "test_sweep", "test_documents",
+           "test_creep_table", "test_line_case", "test_service", "test_tangential", "test_thermal_friction",
+           "test_wheelset_file", "test_slip_friction", "test_stress_small", "test_steps", "test_conicity", "test_cli_cases",
+           "test_sweep_faults", "test_friction_places", "test_sliding", "test_worn", "test_dissimilar", "test_strong_heat",
+           "test_coated_heat")
 """Files whose tests take longest: processes that share the files begin with them, so that none is left with one at the end."""
 
 
