@@ -126,7 +126,7 @@ def limited(folder: Path, size: int, *arguments: str | Path) -> Called:
     with mock.patch.object(sys, "dont_write_bytecode", True):
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
         try:
-            done = call(*arguments, cwd=folder)
+            done = call(*arguments, cwd=folder, painted=True)
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert "Traceback" not in done.stderr and "bug" not in done.stderr
@@ -249,7 +249,7 @@ def test_a_result_cut_anywhere(folder: Path) -> None:
             ["export", "cut.h5", "--format", "xdmf"],
             ["run", "--from", "cut.h5"],
         ):
-            done = call(*arguments, cwd=folder)
+            done = call(*arguments, cwd=folder, painted=True)
             assert (done.returncode, done.stdout) == (5, ""), (share, arguments)
             assert ".h5" in done.stderr and "Traceback" not in done.stderr and "bug" not in done.stderr
     assert names(folder) == {"case.toml", "cut.h5", "foreign.h5", "results"}
