@@ -158,7 +158,8 @@ def _draw_diagram(
     handles: list[Artist] = []
     cold = merged(table, [ISOTHERMAL + name for name in names])
     largest = float(np.nanmax(np.abs(values)))
-    share, positive = names[0] == "gamma_st", names[0] == "gamma_st" or ("_max_" in names[0] and np.nanmin(values) >= 0.0)
+    share = names[0] == "gamma_st"
+    positive = share or ("_max_" in names[0] and np.nanmin(values) >= 0.0)
     falling = table.get("falling_friction_criterion", np.full(len(values), math.nan)) > 0.0
     for line in lines:
         rows = line.rows[np.isfinite(values[line.rows])]

@@ -214,8 +214,7 @@ def _errors(
     both = [i for i, row in enumerate(rows) if row.place in other]
     half, rolled = DerivedQuantities(history.largest).scales.semi_axis_x, np.array([row.distance for row in rows])
     still, gamma = np.diff(rolled, prepend=rolled[0]) == 0.0, columns["gamma_st"]
-    hidden = still & ((1.0 - (gamma if problem.line else np.sqrt(gamma))) * half < dx)
-    safety = SAFETY * np.where(hidden, NARROW, 1.0)
+    safety = SAFETY * np.where(still & ((1.0 - (gamma if problem.line else np.sqrt(gamma))) * half < dx), NARROW, 1.0)
     for name, column in columns.items() if both else ():
         difference = np.abs(column[both] - np.array([other[rows[i].place].scalars[name] for i in both]))
         known = ~np.isnan(difference)

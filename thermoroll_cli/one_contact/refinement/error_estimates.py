@@ -226,10 +226,11 @@ class Resolution:
         # Heat that is conducted flows through the border most.
         conducted = self.border if (scalar.kind in ("exchanged heat", "diffused mean")
                                     and self.derived.problem.heating.conducts) else 0.0
-        conducted += self.between.centre if scalar.name == "pressure_centre_MPa" else 0.0
+        centre = self.between.centre if scalar.name == "pressure_centre_MPa" else 0.0
         error = estimate([level.get(scalar.name, math.nan) for level in self.levels], error_scale(scalar.name, self.summary),
                          order=self.order(scalar.kind),
-                         unresolved=carried * self.unresolved(scalar.kind) * rubbed + self.of_steps(scalar.kind) + conducted,
+                         unresolved=(carried * self.unresolved(scalar.kind) * rubbed + self.of_steps(scalar.kind)
+                                     + conducted + centre),
                          floor=carried * (FLOOR + sum(self.plan.left_out.values())),
                          safety=SAFETY_EXTRAPOLATED if scalar.name in EXTRAPOLATED else SAFETY)
         # Heat of zones narrower than an element is spread over elements.
