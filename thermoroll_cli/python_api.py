@@ -1,82 +1,22 @@
-"""Solve cases and problems of every kind: what notebooks, sweeps and the command line call. `kind_of` has the kinds."""
+"""Solve cases and problems of every kind: what notebooks, sweeps and the command line call."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
-from thermoroll_cli.many_contacts.history.course import History, WheelsetHistory
-from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.one_contact.refinement import solve as refinement
-from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
-from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
-from thermoroll_cli.one_contact.steady_state.doubts import warnings_before
-from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.kinds import Task, kind_of
 from thermoroll_cli.problem.result import Result
 
 if TYPE_CHECKING:
-    from thermoroll_cli.many_contacts.bearing.bearing_result import BearingPlan
-    from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
     from thermoroll_cli.many_contacts.wheelset.conicity import Conicity
-    from thermoroll_cli.one_contact.refinement.plan import Plan
 
-Task = Problem | WheelsetProblem | BearingProblem | History | WheelsetHistory
 Report = Callable[[str, Mapping[str, Any]], None]
-
-
-class Kind(NamedTuple):
-    """What can be done with problems of one kind: a contact, or an assembly of contacts.
-
-    - `solver`: an object whose `solve(problem, report=…)` returns results, each begun from those before;
-    - `warnings`: those that need no solution;
-    - `facts`: numbers known before solving, in the units of their names;
-    - `plan`: of a contact, which stages run, and over time its steps; of a bearing, how many contacts are solved."""
-
-    solver: Callable[[int, SolverOptions | None], Any]
-    warnings: Callable[[Any], Iterable[str]]
-    facts: Callable[[Any], Mapping[str, float]]
-    plan: Callable[[Any], Plan | HistoryPlan | BearingPlan | None] | None = None
-
-
-def kind_of(problem: type[Task]) -> Kind:
-    """The kind of problems of a class. Assemblies and histories are imported with the first of them: for a single contact that
-    would be a tenth of the start."""
-    if problem is WheelsetProblem:
-        from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, wheelset_warnings
-        from thermoroll_cli.many_contacts.wheelset.wheelset_result import WheelsetSolver
-
-        return Kind(lambda threads, options: WheelsetSolver(threads), wheelset_warnings, facts_of)
-    if problem is BearingProblem:
-        from thermoroll_cli.many_contacts.bearing import bearing_result as bearing
-
-        return Kind(lambda threads, options: bearing.BearingSolver(threads), bearing.bearing_warnings, bearing.facts_of,
-                    bearing.plan_of)
-    if problem is History:
-        from thermoroll_cli.many_contacts.history.history_plan import plan_of, warnings_of
-        from thermoroll_cli.many_contacts.history.solve import HistorySolver
-
-        # Facts are those at the largest load.
-        return Kind(HistorySolver, warnings_of, lambda history: {
-            name: value for name, value in make_plan(history.largest).facts.items() if value == value}, plan_of)
-    if problem is WheelsetHistory:
-        from thermoroll_cli.many_contacts.history.wheelset_over_time import WheelsetHistorySolver, warnings_over_time
-
-        of_wheelsets = kind_of(WheelsetProblem)
-        return Kind(WheelsetHistorySolver, warnings_over_time, lambda history: of_wheelsets.facts(history.start))
-
-    def warnings(contact: Problem) -> Iterable[str]:
-        derived = DerivedQuantities(contact)
-        return *warnings_before(derived), *expected_temperature_warning(derived)
-
-    return Kind(refinement.Solver, warnings, lambda contact: make_plan(contact).facts, make_plan)
 
 
 class Solver:
@@ -92,7 +32,7 @@ class Solver:
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         if threads < 1:
             raise ValueError(f"threads must be 1 or more, not {threads!r}")
-        self._threads, self._options, self._solvers = threads, options, dict[type[Task], Any]()
+        self._threads, self._options, self._solvers = threads, options, dict[str, Any]()
 
     def solve(self, case: Case | Mapping[str, Any] | str | os.PathLike[str] | Task, *, report: Report | None = None) -> Result:
         """The result of `case`, in the sense of the function `solve`.
@@ -105,10 +45,9 @@ class Solver:
         if not isinstance(case, Task):
             given = Case.of(case)
             return self.solve(given.task, report=report).with_case(given.text, given.to_json())
-        kind = type(case)
-        if kind not in self._solvers:
-            self._solvers[kind] = kind_of(kind).solver(self._threads, self._options)
-        result: Result = self._solvers[kind].solve(case, report=report)
+        if case.kind not in self._solvers:
+            self._solvers[case.kind] = kind_of(case).solver(self._threads, self._options)
+        result: Result = self._solvers[case.kind].solve(case, report=report)
         return result
 
 
@@ -155,9 +94,4 @@ def conicity(
     if not len(amplitudes_mm) or not all(isinstance(value, int | float) and 0.0 < value <= 50.0 for value in amplitudes_mm):
         raise ValueError("amplitudes are numbers above 0 up to 50 mm")
     task = Case.of(case).task
-    if isinstance(task, WheelsetHistory):
-        task = task.problem
-    if not isinstance(task, WheelsetProblem):
-        what, key = ("a ball bearing", "bearing") if isinstance(task, BearingProblem) else ("a single contact", "geometry")
-        raise Unsolvable(f"{what} has no equivalent conicity", key, "[track] and [wheelset] in place of it")
-    return conicity_of(task, 1e-3 * np.array(amplitudes_mm, dtype=float))
+    return conicity_of(kind_of(task).wheelset(task), 1e-3 * np.array(amplitudes_mm, dtype=float))

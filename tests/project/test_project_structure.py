@@ -14,6 +14,8 @@ import thermoroll_cli
 from thermoroll_cli.files.case_model import Settings
 from thermoroll_cli.files.case_schema import entry_at, known_keys
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
+from thermoroll_cli.problem.kinds import MODULES as MODULES_OF_KINDS
+from thermoroll_cli.problem.kinds import At, every_kind, found_at
 from thermoroll_cli.problem.problem import BODIES
 
 PACKAGE = Path(thermoroll_cli.__file__).parent
@@ -30,6 +32,7 @@ PACKAGES = (
     {"many_contacts.wheelset", "many_contacts.bearing"},
     {"many_contacts.history"},
     {"files", "plots"},
+    {"kinds"},
     {"python_api", "peer"},
     {"studies.sweeps"},
     {"studies.creep_table", "studies.worn"},
@@ -116,7 +119,7 @@ def test_imports_point_in_one_direction() -> None:
                 assert own in FOREIGN[parts[0]], f"{name(path)}: {parts[0]} does not belong in {own}"
 
 
-INSIDE_FUNCTIONS = {"cli", "python_api", "", "__main__"}
+INSIDE_FUNCTIONS = {"cli", "kinds", "python_api", "", "__main__"}
 OPTIONAL = {"pandas", "xarray", "distributed", "pyfftw"}
 
 
@@ -126,6 +129,17 @@ def test_imports_stand_at_the_top() -> None:
         late = set(imports(path)) - set(imports(path, top_level=True))
         unexpected = {module for module in late if module.split(".")[0] not in OPTIONAL}
         assert package_of(path) in INSIDE_FUNCTIONS or not unexpected, f"{name(path)}: {unexpected}"
+
+
+def test_kinds_name_what_exists_below_them() -> None:
+    """Places that they import when asked, which `imports` does not see."""
+    assert {*MODULES_OF_KINDS} == {path.stem for path in (PACKAGE / "kinds").glob("[a-z]*.py")}
+    for kind in every_kind():
+        given = [value.place for part in type(kind).__mro__ for value in vars(part).values() if isinstance(value, At)]
+        for place in (*given, *kind.figures.values()):
+            assert callable(found_at(place)), place
+            known = {place.split(".")[0], ".".join(place.split(".")[:2])} & RANK.keys()
+            assert RANK[known.pop()] < RANK["kinds"], place
 
 
 def test_the_command_line_starts_light() -> None:

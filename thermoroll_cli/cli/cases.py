@@ -16,8 +16,7 @@ from thermoroll_cli.cli.tables import align
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.files.case_source import EXAMPLES
-from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.python_api import kind_of
+from thermoroll_cli.problem.kinds import kind_of
 from thermoroll_cli.studies.worn.service import positions_of
 from thermoroll_cli.tools.atomic import write_bytes
 
@@ -64,8 +63,8 @@ def validate(
             case = options.read_case(path, overrides)
             with options.solvable(case, str(path)):
                 task = case.task
-                warnings = list(kind_of(type(task)).warnings(task))
-                if isinstance(task, WheelsetProblem):
+                warnings = list(kind_of(task).warnings(task))
+                if case.settings.wear is not None and case.settings.wear.positions:
                     positions_of(case, str(path))
         except CaseError as cause:
             error = cause

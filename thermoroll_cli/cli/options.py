@@ -21,7 +21,7 @@ from thermoroll_cli.files.case_schema import entry_at, is_table, known_keys
 from thermoroll_cli.files.case_source import CaseSource
 
 if TYPE_CHECKING:
-    from thermoroll_cli.python_api import Task
+    from thermoroll_cli.problem.kinds import Task
 
 
 ImageFormat = StrEnum("ImageFormat", "png svg pdf")

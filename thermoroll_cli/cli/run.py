@@ -19,13 +19,12 @@ from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
-from thermoroll_cli.many_contacts.history.course import History, WheelsetHistory
-from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
-from thermoroll_cli.one_contact.refinement.plan import COARSEST, Plan
+from thermoroll_cli.one_contact.refinement.plan import COARSEST
+from thermoroll_cli.problem.kinds import kind_of
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
-from thermoroll_cli.python_api import kind_of, solve
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.atomic import write_bytes
 from thermoroll_cli.tools.process import Interrupted
 
@@ -113,16 +112,16 @@ def _run_case(
     case: Case, *, to: Ending, normalised: bool, resume: bool, threads: int, verbose: bool, reproducible: bool
 ) -> int:
     task = case.task
-    kind = kind_of(type(task))
+    kind = kind_of(task)
 
     def known_steps() -> Sequence[Any]:
-        planned = None if kind.plan is None else kind.plan(task)
-        return planned.steps if isinstance(planned, Plan | HistoryPlan) else ()
+        return () if (planned := kind.plan(task)) is None else planned.steps
 
     progress = Progress(case.name, quiet=to.quiet, verbose=verbose, steps=known_steps,
                         at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
     so_far: Callable[[], Result] | None = None
     steps = to.folder / f"{case.name}_history.jsonl"
+    journal = None
 
     def report(stage: str, info: Mapping[str, Any]) -> None:
         nonlocal so_far
@@ -130,23 +129,18 @@ def _run_case(
         progress(stage, {name: value for name, value in info.items() if name != "so_far"})
 
     try:
-        with progress:
-            if isinstance(task, History):
-                from thermoroll_cli.many_contacts.history.kept_steps import journal_of
-
-                with journal_of(steps, task, case.to_json(), resume=resume) as journal:
-                    result = kind.solver(threads, None).solve(task, report=report, journal=journal)
-            else:
-                if resume and isinstance(task, WheelsetHistory):
-                    streams.note(f"thermoroll: {case.name}: a wheelset over time begins anew: its steps are not kept")
-                result = solve(task, threads=threads, report=report)
+        with progress, kind.journal(steps, task, case.to_json(), resume=resume) as journal:
+            if resume and kind.not_resumed:
+                streams.note(f"thermoroll: {case.name}: {kind.not_resumed}")
+            result: Result = solve(task, threads=threads, report=report) if journal is None else (
+                kind.solver(threads, None).solve(task, report=report, journal=journal))
             result = result.with_case(case.text, case.to_json())
     except Interrupted:
         if so_far is not None:
             kept = _write_history(so_far().with_case(case.text, case.to_json()), to.folder, case.name)
             streams.note(f"thermoroll: {case.name}: interrupted; the rows up to here are in {', '.join(map(str, kept))}; "
                          "--resume goes on")
-        elif isinstance(task, History):
+        elif journal is not None:
             streams.note(f"thermoroll: {case.name}: interrupted in its coarse steps; --resume goes on")
         raise
     target = to.folder / f"{case.name}.h5"

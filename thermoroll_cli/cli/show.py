@@ -7,14 +7,10 @@ from typing import Any
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align, folded, with_remarks
 from thermoroll_cli.files.case import Case, shown
-from thermoroll_cli.many_contacts.bearing.bearing_result import BearingPlan
-from thermoroll_cli.many_contacts.history.history_plan import HistoryPlan
-from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
-from thermoroll_cli.one_contact.refinement.plan import Plan
+from thermoroll_cli.problem.kinds import Planned, kind_of
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import number
-from thermoroll_cli.python_api import kind_of
 
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",
@@ -30,8 +26,6 @@ MEANINGS = {
     "expected_bulk_temperature_upper_K": "of full sliding, upper body",
     "biot_lower": "Biot number hR/k, lower body",
     "biot_upper": "Biot number hR/k, upper body",
-    "rolling_radius_left_mm": "at first contact, left wheel",
-    "rolling_radius_right_mm": "at first contact, right wheel",
     "felt_modulus_GPa": "E* of both surfaces as fast as they pass the contact",
 }
 """Meanings of the numbers known before solving, where they are not those of scalars of a result."""
@@ -49,25 +43,15 @@ def show(
     creepage, and the plan: stages that run, stages that are skipped and why, expected memory and time.
     """
     read, task = options.read_task(case, settings, as_json=as_json)
-    kind = kind_of(type(task))
+    kind = kind_of(task)
     with options.recorded(case, as_json), options.solvable(read, str(case)):
-        plan = None if kind.plan is None else kind.plan(task)
-        facts, warnings = (plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)]) if isinstance(
-            plan, Plan) else (kind.facts(task), list(kind.warnings(task)))
+        plan, facts, warnings = kind.known(task)
     if as_json:
         inputs = {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in read.inputs}
         planned: dict[str, Any] = {} if plan is None else {
             "memory_bytes": _memory(read, plan), "seconds": plan.seconds,
             "picture_seconds": _picture_seconds(read.plots, task.contact, plan),
-            "upper_bound": task.contact.numerics.accuracy is not None}
-        if isinstance(plan, Plan):
-            planned |= {"run": plan.run, "skipped": plan.skipped, "grid": plan.sides}
-        elif isinstance(plan, BearingPlan):
-            planned |= {"run": plan.contact.run, "skipped": plan.contact.skipped, "grid": plan.contact.sides,
-                        "kinds_of_balls": plan.kinds, "contact_solves": plan.contact_solves}
-        elif plan is not None:
-            planned |= {"grids": [{"grid": shape, "steps": counts} for shape, counts in plan.sides],
-                        "applications": plan.applications, "heat_memory_bytes": plan.past_bytes}
+            "upper_bound": task.contact.numerics.accuracy is not None, **plan.in_words.record}
         streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **facts, "warnings": warnings,
                             **planned})
         return
@@ -78,7 +62,7 @@ def show(
     if read.profiles:
         lines += "files as they were read", *with_remarks(
             [(key, read.readings[key].words(record)) for key, record in read.profiles.items()], width)
-    meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS
+    meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS | dict(kind.meanings)
     lines += "known before solving", *with_remarks(
         [(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width)
     if plan is not None:
@@ -87,30 +71,13 @@ def show(
         upto = f" at most, until {asked} are good to {numerics.accuracy:g}" if numerics.accuracy is not None else ""
         pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
         seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core
-        if isinstance(plan, HistoryPlan):
-            steps = _steps(plan, upto)
-        else:
-            steps = _stages(plan.contact if isinstance(plan, BearingPlan) else plan, upto, width)
-        if isinstance(plan, BearingPlan):
-            alike = "all balls alike" if plan.kinds == 1 else f"{plan.kinds} kinds of balls by their loads"
-            steps.append(f"  {alike} at rest, with two contacts each; about {plan.contact_solves} contacts are solved")
-        lines += "plan", *steps, (
+        said = plan.in_words
+        lines += "plan", *with_remarks(said.stages, width), *(f"  {size}" for size in said.sizes)
+        lines[-1] += upto
+        lines += *(f"  {note}" for note in said.notes), (
             f"  {'at most ' if upto else ''}about {_memory(read, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}")
     streams.write(
         *lines, *(line for warning in warnings for line in folded(f"warning: {warning}", width)))
-
-
-def _stages(plan: Plan, upto: str, width: int) -> list[str]:
-    """Stages that run or are skipped, and the grid."""
-    steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
-    return [*with_remarks(steps, width), f"  grid {'×'.join(map(str, plan.sides))}{upto}"]
-
-
-def _steps(plan: HistoryPlan, upto: str) -> list[str]:
-    """Grids with the numbers of their steps, and the work."""
-    lines = [f"  grid {'×'.join(map(str, shape))}: {' and '.join(map(str, counts))} steps" for shape, counts in plan.sides]
-    past = f"; {plan.past_bytes / 2**20:.2g} MiB remember the heat of all steps" if plan.past_bytes else ""
-    return [*lines[:-1], lines[-1] + upto, f"  about {plan.applications} applications of the tangential operator{past}"]
 
 
 def _finite(value: Any) -> Any:
@@ -118,17 +85,14 @@ def _finite(value: Any) -> Any:
     return "inf" if value == float("inf") else value
 
 
-def _memory(case: Case, plan: Plan | HistoryPlan | BearingPlan) -> int:
+def _memory(case: Case, plan: Planned) -> int:
     """Memory of the whole process in bytes, 100 MiB of it for Python and libraries, 105 MiB for drawing: pictures are drawn
     when the solver's arrays are still there."""
     return plan.memory_bytes + (100 + (0 if case.plots == "none" else 105)) * 2**20
 
 
-def _picture_seconds(plots: str, contact: Problem, plan: Plan | HistoryPlan | BearingPlan) -> float:
-    """Time for loading matplotlib and for each picture, on one core: four of every run, two of heat, one of profiles;
-    or the summary alone; and that of a course over time."""
-    if isinstance(plan, BearingPlan):
-        plan = plan.contact
-    heated = plan.runs("heat") if isinstance(plan, Plan) else bool(plan.past_bytes)
-    count = 4 + (2 if heated else 0) + (not contact.geometry.elliptic) + isinstance(plan, HistoryPlan)
+def _picture_seconds(plots: str, contact: Problem, plan: Planned) -> float:
+    """Time for loading matplotlib and for each picture, on one core: four of every run, those of the plan, one of profiles; or
+    the summary alone."""
+    count = 4 + plan.in_words.more_pictures + (not contact.geometry.elliptic)
     return {"none": 0.0, "summary": 0.7}.get(plots, 0.5 + 0.2 * count)

@@ -12,7 +12,6 @@ from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     ALSO_LISTED,
     DIAGRAMS,
-    OF_CONTACTS,
     OVER_LIMIT,
     UNCERTAINTY,
     holds,
@@ -38,8 +37,6 @@ if TYPE_CHECKING:
     from thermoroll_cli.studies.sweeps.points import Points
     from thermoroll_cli.studies.sweeps.table import Row
 
-BALLS = ("normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa", "Q_F_W")
-"""Columns of the table of the balls of a bearing."""
 _NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
 _NARROWEST = 9
 """Headers and meanings are not cut to less."""
@@ -70,27 +67,28 @@ def assembly_rows(
     result: Result, names: Sequence[str], *, verbose: bool
 ) -> tuple[list[str], list[tuple[str, ...]], list[tuple[str, ...]]]:
     """Names of the scalars of the whole of an assembly, and the rows of two tables with a header: those of both sides beside
-    each other, or of the balls of a bearing, and those of its contacts that are shown (none if there are none)."""
+    each other, or of all contacts (`Kind.columns`), and those of its contacts that are shown (none if there are none)."""
     row = row_of(result.summary())
     names = [*names, *(name for name in ALSO_LISTED if name not in names)]
     sided = {name: name.replace("_left", "_right") for name in names if "_left" in name}
     sided |= {name.replace("_right", "_left"): name for name in names if "_right" in name}
     single = [name for name in names if not {name} & {*sided, *sided.values()}]
     text = {name: scalar_text(name, row) if computed(row.get(name)) else "" for pair in sided.items() for name in pair}
-    sides: list[tuple[str, ...]] = [("", "left", "right", "")]
+    sides: list[tuple[str, ...]] = [("", "left", "right", "")] if sided else []
     sides += [(left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left)) for left, right in sided.items()]
-    if result.assembly == "bearing":
-        # A row for each contact of a ball; balls that are alike have one for all of them.
+    kind = result.kind
+    if columns := kind.columns:
+        # A row for each contact; those that are alike have one for all of them.
         alike: dict[tuple[str, ...], list[str]] = {}
-        for contact in result.contacts:
-            record = contact.record
-            values = record["ring"], *(number(record[name], 4) if name in record else "" for name in BALLS)
-            alike.setdefault(values, []).append(str(record["ball"]))
-        sides = [("ball", "ring", *BALLS), *(
-            (", ".join(balls) if len(balls) < 4 else f"{balls[0]}, … {balls[-1]}", *values) for values, balls in alike.items())]
+        for record in (contact.record for contact in result.contacts):
+            values = [record.get(name, "") for name in columns]
+            texts = (value if isinstance(value, str) else number(value, 4) for value in values[1:])
+            alike.setdefault(tuple(texts), []).append(str(values[0]))
+        sides = [columns, *((", ".join(first) if len(first) < 4 else f"{first[0]}, … {first[-1]}", *values)
+                            for values, first in alike.items())]
     shown = result.shown
-    rows = [("patch" if result.assembly == "wheelset" else "contact", *(patch.name.replace("_", " ") for patch in shown), "")]
-    for name, scalar in OF_CONTACTS[result.assembly].items():
+    rows = [(kind.one, *(patch.name.replace("_", " ") for patch in shown), "")]
+    for name, scalar in kind.of_contacts.items():
         if any(name in patch.record and (verbose or holds(scalar.listed, patch.problem)) for patch in shown):
             cells = (with_error(patch.record[name], patch.record["uncertainty"].get(name, math.nan))
                      if name in patch.record else "" for patch in shown)

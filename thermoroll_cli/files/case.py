@@ -15,11 +15,9 @@ from typing import Any
 import tomli_w
 
 from thermoroll_cli.files import case_model as model
-from thermoroll_cli.files.case_bearing import bearing_of
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
-from thermoroll_cli.files.case_history import history_of
-from thermoroll_cli.files.case_problem import problem_of, rail_friction
+from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_source import (
     CaseSource,
     Override,
@@ -29,14 +27,11 @@ from thermoroll_cli.files.case_source import (
     parse_source,
     read_source,
 )
-from thermoroll_cli.files.case_wheelset import wheelset_of
 from thermoroll_cli.files.column_files import FromFile
 from thermoroll_cli.files.profile_file import Reading
-from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
-from thermoroll_cli.many_contacts.history.course import History, WheelsetHistory
-from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.kinds import Task
 
 __all__ = ["Case", "CaseError", "Finding", "Override", "case_name", "solvable"]
 
@@ -172,23 +167,14 @@ class Case:
     @property
     def problem(self) -> si.Problem:
         """The problem of one contact in SI units. Raises Unsolvable for an assembly, which has several: see `task`."""
-        if self.settings.bearing is not None:
-            raise Unsolvable("a bearing has several contacts, and this takes one", "bearing", "[geometry] and load")
-        if self.settings.wheelset is not None:
-            raise Unsolvable("a wheelset has several contacts, and this takes one", "wheelset", "[geometry] and load")
-        if self.settings.history is not None:
-            raise Unsolvable("a contact over time has many states, and this takes one", "history", "a case without [history]")
+        self.settings.kind.check_one_contact()
         return problem_of(self.settings)
 
     @property
-    def task(self) -> si.Problem | WheelsetProblem | BearingProblem | History | WheelsetHistory:
-        """The problem in SI units: one contact or a wheelset, also over time, or a ball bearing."""
-        if self.settings.bearing is not None:
-            return bearing_of(self.settings.bearing, problem_of(self.settings))
-        track, wheelset, history = self.settings.track, self.settings.wheelset, self.settings.history
-        asked = problem_of(self.settings) if track is None or wheelset is None else wheelset_of(
-            track, wheelset, problem_of(self.settings), rail_friction(self.settings))
-        return asked if history is None else history_of(history, asked)
+    def task(self) -> Task:
+        """The problem in SI units, of any kind: one contact, a wheelset, a ball bearing, …"""
+        task: Task = self.settings.kind.task(self.settings, problem_of(self.settings))
+        return task
 
     @property
     def inputs(self) -> tuple[Input, ...]:
@@ -236,7 +222,7 @@ class Case:
         if isinstance(content["numerics"].get("grid"), tuple):
             content["numerics"]["grid"] = list(content["numerics"]["grid"])
         # The creepages of an assembly follow from its motion; their defaults are none of its keys.
-        follow = ("creepage", "force") if self.settings.geometry is None else ()
+        follow = self.settings.kind.follows
         # The load of a wheelset is empty where its friction has places.
         return {key: value for key, value in content.items() if (value not in ("", {}) or key == "load") and key not in follow}
 

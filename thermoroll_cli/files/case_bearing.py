@@ -57,12 +57,6 @@ class BearingTable(Table):
     load: BearingLoadTable = Field(description="Load on the inner ring, or its axial displacement")
 
 
-REFUSED = ("geometry", "track", "wheelset", "history", "creepage", "force", "wear", "load.normal_N", "load.normal_N_mm",
-           "load.approach_um", "load.vertical_N", "rolling.speed_m_s", "friction.over_angle", "friction.across",
-           "friction.left", "friction.right", "thermal.lower", "thermal.upper")  # fmt: skip
-"""Tables and keys that do not go together with [bearing]."""
-
-
 def bearing_faults(sections: Mapping[str, Any], bearing: BearingTable) -> Iterator[Fault]:
     """Conflicts between the keys of a bearing."""
     ball, pitch, count, load = bearing.ball_diameter_mm, bearing.pitch_diameter_mm, bearing.balls, bearing.load

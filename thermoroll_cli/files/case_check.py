@@ -7,18 +7,18 @@ import math
 import os
 import re
 from collections.abc import Callable, Collection, Iterable
+from functools import cached_property
 from typing import Any, NamedTuple, get_args
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from thermoroll_cli.files import case_model as model
-from thermoroll_cli.files.case_bearing import REFUSED
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
 from thermoroll_cli.files.case_history import HistoryTable
 from thermoroll_cli.files.case_line import LOAD
-from thermoroll_cli.files.case_model import EXCLUSIVE, LOADS, Settings
+from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
 from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
@@ -30,6 +30,7 @@ from thermoroll_cli.files.spellings import factor_of, meant, unit_in
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.kinds import Kind, every_kind, kind_in
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 
@@ -124,7 +125,7 @@ class _Checker:
         numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
         if numerics.grid is None and numerics.accuracy is None:
             sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
-        for way in ("longitudinal", "lateral") if sections["wheelset"] is None and sections["bearing"] is None else ():
+        for way in () if "creepage" in self.kind.follows else ("longitudinal", "lateral"):
             if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None and getattr(force, f"{way}_N_mm") is None:
                 creepage = creepage.model_copy(update={way: 0.0})
         # Every part of it has been checked.
@@ -155,7 +156,7 @@ class _Checker:
                 self.sections[name] = valid
         elif name in self.content:
             self._note((name,), "must be a table", allowed=f"a table [{name}]", hint=_missing_table(name, field))
-        elif name == "load" and "wheelset" in self.content:
+        elif name == "load" and self.kind.without_load in self.content:
             self.sections[name] = model.LoadTable()
         elif not field.is_required():
             # Some tables mean something by not being there.
@@ -217,37 +218,38 @@ class _Checker:
             changes |= {**(read if isinstance(read, dict) else {source.content: read}), source.key: None}
         return None if failed else table.model_copy(update=changes) if changes else table
 
+    @cached_property
+    def kind(self) -> Kind:
+        """What the case asks for, also by misspelt tables."""
+        return kind_in(self._given)
+
+    @property
+    def _given(self) -> set[str]:
+        return {*self.content, *self._meant((), self.content)}
+
     def _kind_of_case(self) -> None:
-        """A case has a bearing, or a geometry and a load, or a track and a wheelset."""
-        given = {*self.content, *self._meant((), self.content)}
-        if "bearing" in given:
-            for path in map(key_path, REFUSED):
-                if self.source.get(path) is not None:
-                    self._note(path, "cannot be given together with [bearing]", allowed="[bearing] without it", at_key=True)
-            return
-        if not {"track", "wheelset"} & given:
-            if "geometry" not in given:
-                self._note(("geometry",), "the table [geometry] is missing",
-                           hint=f"add {', '.join(known_keys(('geometry',)))}; or [track] and [wheelset]; or [bearing]")
-            load = self.content.get("load")
-            if isinstance(load, dict) and not self._has(("load",), load, *LOADS):
-                self._note(("load", "normal_N"), "is missing", allowed=allowed_values(("load", "normal_N")), at_key=True)
-            return
-        for table in ("track", "wheelset"):
-            if table not in given:
-                self._note((table,), f"the table [{table}] is missing", hint=f"add {', '.join(known_keys((table,)))}")
-        for path in (("geometry",), *(("load", key) for key in LOADS), ("creepage",), ("force",)):
+        """Tables and keys that a case of its kind must have, and those that it cannot have."""
+        others = "".join(f"; or {' and '.join(f'[{table}]' for table in kind.needs or kind.tables)}"
+                         for kind in reversed(every_kind()) if kind.tables and kind.base and not self.kind.tables)
+        for table in self.kind.needs:
+            if table not in self._given:
+                self._note((table,), f"the table [{table}] is missing", hint=f"add {', '.join(known_keys((table,)))}{others}")
+        for table, keys in self.kind.one_of.items():
+            given = self.content.get(table)
+            if isinstance(given, dict) and not self._has((table,), given, *keys):
+                self._note((table, keys[0]), "is missing", allowed=allowed_values((table, keys[0])), at_key=True)
+        why, allowed = self.kind.refusal
+        for path in map(key_path, self.kind.refused):
             if self.source.get(path) is not None:
-                self._note(path, "cannot be given together with [wheelset], from which it follows",
-                           allowed="[track] and [wheelset] without it, or one contact without them", at_key=True)
+                self._note(path, f"cannot be given together with {why}", allowed=allowed, at_key=True)
 
     def _rolling_speed(self) -> None:
-        """All cases but bearings have a rolling speed."""
-        given = {*self.content, *self._meant((), self.content)}
+        if not self.kind.rolls:
+            return
         rolling, path = self.content.get("rolling"), ("rolling", "speed_m_s")
-        if "rolling" not in given and "bearing" not in given:
+        if "rolling" not in self._given:
             self._note(("rolling",), "the table [rolling] is missing", hint=f"add {', '.join(known_keys(('rolling',)))}")
-        elif "bearing" not in given and isinstance(rolling, dict) and not self._has(("rolling",), rolling, "speed_m_s"):
+        elif isinstance(rolling, dict) and not self._has(("rolling",), rolling, "speed_m_s"):
             self._note(path, "is missing", allowed=allowed_values(path), at_key=True)
 
     def _table(self, path: KeyPath, kind: type[Table], given: dict[str, Any], ignored: Iterable[str] = ()) -> Table | None:

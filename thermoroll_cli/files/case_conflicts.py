@@ -12,7 +12,6 @@ from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
 from thermoroll_cli.files import case_model as model
-from thermoroll_cli.files.case_bearing import BearingTable, bearing_faults
 from thermoroll_cli.files.case_errors import Fault, KeyPath
 from thermoroll_cli.files.case_history import STATES, HistoryTable, history_faults
 from thermoroll_cli.files.case_line import LOAD, is_line, line_faults
@@ -21,15 +20,13 @@ from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.files.profile_file import outline_fault, point_fault
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
+from thermoroll_cli.problem.kinds import Kind, kind_in
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
-    BEARING_SCALARS,
     GROUPS,
     LINE_SCALARS,
     SCALARS,
     SUBSURFACE_SCALARS,
-    TOGETHER,
-    WHEELSET_SCALARS,
 )
 from thermoroll_cli.problem.problem import BODIES
 
@@ -71,9 +68,13 @@ def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
     checks = (
         _convexity, _vertical_force, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings,
         _relaxation,
-        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _bearing, _history, _line, _speed,
+        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _of_kind, _history, _line, _speed,
         _accuracy_of)  # fmt: skip
     return {check: tuple(inspect.signature(check).parameters) for check in checks}
+
+
+def _kind(sections: Sections) -> Kind:
+    return kind_in(name for name, table in sections.items() if table is not None)
 
 
 def heat_is_on(sections: Sections) -> bool:
@@ -140,8 +141,7 @@ def _accuracy_of(numerics: model.NumericsTable, sections: Sections) -> Iterator[
     missing = {"temperatures": not heated, "wear": sections.get("wear") is None}
     there = (LINE_SCALARS if is_line(sections) else SCALARS) | (
         {} if sections.get("subsurface") is None else SUBSURFACE_SCALARS) | (
-        {} if sections.get("wheelset") is None else WHEELSET_SCALARS | TOGETHER) | (
-        {} if sections.get("bearing") is None else BEARING_SCALARS | TOGETHER)
+        dict(_kind(sections).scalars))
     groups = [group for group in GROUPS if not missing.get(group)]
     without = {name for group in GROUPS if missing.get(group) for name in GROUPS[group]}
     if not heated:
@@ -206,10 +206,8 @@ def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
         yield Conflict(("wheelset", "angular_velocity_rad_s"), "the wheelset turns backwards", "a positive number: forward")
 
 
-def _bearing(sections: Sections, bearing: BearingTable) -> Iterator[Conflict]:
-    why = "is not computed for bearings, which Hertz's contacts place"
-    for path, message, allowed in (*bearing_faults(sections, bearing), *_homogeneous(sections, why)):
-        yield Conflict(path, message, allowed, at_key=path == ("bearing", "load"))
+def _of_kind(sections: Sections) -> Iterator[Conflict]:
+    yield from _kind(sections).conflicts(sections)
 
 
 def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:
@@ -501,7 +499,7 @@ def _line(sections: Sections) -> Iterator[Conflict]:
                        '"rolling", or heat = false')
 
 
-def _homogeneous(sections: Sections, message: str) -> Iterator[Fault]:
+def homogeneous(sections: Sections, message: str) -> Iterator[Fault]:
     """Faults with this `message` of bodies that are coated or relax."""
     for path, material in _materials(sections):
         for key in ("layers", "relaxation"):

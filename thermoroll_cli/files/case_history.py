@@ -199,24 +199,23 @@ def _values(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Faul
         yield path, "shifts happen without rolling", "rolling.speed_m_s = 0, or creepages"
 
 
-def history_of(table: HistoryTable, problem: Problem | WheelsetProblem) -> History | WheelsetHistory:
-    """The history that a table describes of the contact or wheelset `problem`. Raises Unsolvable where it begins with a result
-    of something else."""
-    by_distance = table.distance_mm is not None
-    places = tuple(1e-3 * place for place in table.distance_mm or ()) or tuple(table.time_s or ())
-    if isinstance(problem, WheelsetProblem):
-        keys = {key: key in table.values for key in OF_WHEELSETS}
-        problem = replace(
-            problem, finds_roll=problem.finds_roll and not keys["wheelset.roll_mrad"],
-            finds_speed=problem.finds_speed and not keys["wheelset.angular_velocity_rad_s"],
-            vertical=None if keys["wheelset.height_mm"] else problem.vertical)
-        numerics = problem.contact.numerics
-        numerics = replace(numerics, grid=numerics.grid or (FIRST, FIRST), accuracy=None)
-        problem = replace(problem, contact=replace(problem.contact, numerics=numerics))
-        values = {key: tuple(table.values[key]) for key in OF_WHEELSETS if key in table.values}
-        return WheelsetHistory(problem, Course(
-            places, values, by_distance, table.steps,
-            STATES.get(table.begin or "steady") or _result_in(str(table.begin), "wheelset"), table.fields_every))
+def wheelset_over_time(table: HistoryTable, problem: WheelsetProblem) -> WheelsetHistory:
+    """The history that a table describes of a wheelset. Raises Unsolvable where it begins with a result of something else."""
+    keys = {key: key in table.values for key in OF_WHEELSETS}
+    problem = replace(
+        problem, finds_roll=problem.finds_roll and not keys["wheelset.roll_mrad"],
+        finds_speed=problem.finds_speed and not keys["wheelset.angular_velocity_rad_s"],
+        vertical=None if keys["wheelset.height_mm"] else problem.vertical)
+    numerics = problem.contact.numerics
+    numerics = replace(numerics, grid=numerics.grid or (FIRST, FIRST), accuracy=None)
+    problem = replace(problem, contact=replace(problem.contact, numerics=numerics))
+    values = {key: tuple(table.values[key]) for key in OF_WHEELSETS if key in table.values}
+    begin = STATES.get(table.begin or "steady") or _result_in(str(table.begin), "wheelset")
+    return WheelsetHistory(problem, _course(table, values, begin))
+
+
+def contact_over_time(table: HistoryTable, problem: Problem) -> History:
+    """The history that a table describes of a contact. Raises Unsolvable where it begins with a result of something else."""
     motion = problem.motion
     for way, name in (("longitudinal", "creepage_x"), ("lateral", "creepage_y")):
         if {f"force.{way}_N", f"force.{way}_N_mm"} & {*table.values}:
@@ -225,8 +224,12 @@ def history_of(table: HistoryTable, problem: Problem | WheelsetProblem) -> Histo
     values = {key: tuple(table.values[key]) for key in VARIED if key in table.values}
     begin = STATES.get(table.begin or ("pressed" if still else "steady")) or _result_in(str(table.begin))
     problem = replace(problem, motion=motion, length=math.inf if table.length_mm is None else 1e-3 * table.length_mm)
-    return History(problem, Course(
-        places, values, by_distance, table.steps, begin, table.fields_every))
+    return History(problem, _course(table, values, begin))
+
+
+def _course(table: HistoryTable, values: dict[str, tuple[float, ...]], begin: Begin) -> Course:
+    places = tuple(1e-3 * place for place in table.distance_mm or ()) or tuple(table.time_s or ())
+    return Course(places, values, table.distance_mm is not None, table.steps, begin, table.fields_every)
 
 
 def _result_in(path: str, assembly: str = "") -> Result:

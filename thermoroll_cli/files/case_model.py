@@ -14,6 +14,7 @@ from thermoroll_cli.files.case_bearing import BearingTable
 from thermoroll_cli.files.case_history import HistoryTable
 from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, pairs, quantity, signed_length
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
+from thermoroll_cli.problem.kinds import Kind, kind_in
 from thermoroll_cli.problem.names import GROUPS
 from thermoroll_cli.problem.problem import BODIES
 
@@ -146,7 +147,6 @@ class LoadTable(Table):
                                                   None, ge=0, le=10)  # fmt: skip
 
 
-LOADS = ("normal_N", "normal_N_mm", "approach_um", "vertical_N")
 """Keys of which a contact has one."""
 OVER_ANGLE = "[degrees, coefficient], degrees increasing from -180 to 180, coefficients from 0 to 10"
 
@@ -390,6 +390,11 @@ class Settings(Head):
     wear: WearTable | None = None
     history: HistoryTable | None = None
     output: OutputTable = Field(default_factory=OutputTable.model_construct)
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of problem that the case describes."""
+        return kind_in(name for name, table in self if table is not None)
 
     @property
     def coefficient_at_rest(self) -> float:

@@ -9,8 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from thermoroll_cli.files import case_model as model
-from thermoroll_cli.files.case_bearing import BearingTable
-from thermoroll_cli.files.case_wheelset import WheelsetTable
 from thermoroll_cli.many_contacts.wheelset.curves import Points, smooth
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName
 from thermoroll_cli.one_contact.steady_state.derived import pressed_to, rubbed
@@ -24,7 +22,7 @@ from thermoroll_cli.problem.relaxation import Series
 def problem_of(settings: model.Settings) -> si.Problem:
     """The problem that a case describes; of an assembly that of any contact, without its geometry, load and creepages."""
     load, friction, layer = settings.load, settings.friction, settings.layer
-    geometry = settings.geometry or _wheel_on_rail(settings.wheelset, settings.bearing)
+    geometry = settings.geometry or settings.kind.geometry(settings)
     creepage, force, thermal, numerics = settings.creepage, settings.force, settings.thermal, settings.numerics
     lower, upper = (material_of(material) for material in settings.materials.values())
     problem = si.Problem(
@@ -88,19 +86,6 @@ def rail_friction(settings: model.Settings) -> dict[SideName, Points]:
         points = (own and own.over_angle) or friction.over_angle or [[0.0, settings.load.friction_coefficient or 0.0]]
         found[side] = tuple((math.radians(angle), _share(mu, settings)) for angle, mu in points)
     return found
-
-
-def _wheel_on_rail(wheelset: WheelsetTable | None, bearing: BearingTable | None) -> model.GeometryTable:
-    """The radii along rolling of a wheel and a rail. Each patch gives those across rolling. Those of a ball at the bottom of
-    its inner groove stand for all contacts of a bearing."""
-    if bearing is not None:
-        radius = 0.5 * bearing.ball_diameter_mm
-        return model.GeometryTable(lower_radius_x_mm=max(0.5 * bearing.pitch_diameter_mm - radius, 1e-3 * radius),
-                                   lower_radius_y_mm=-bearing.conformity_inner * bearing.ball_diameter_mm,
-                                   upper_radius_x_mm=radius, upper_radius_y_mm=radius)
-    assert wheelset is not None
-    return model.GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf,
-                               upper_radius_x_mm=wheelset.nominal_radius_mm, upper_radius_y_mm=wheelset.nominal_radius_mm)
 
 
 def material_of(table: model.MaterialTable) -> si.Material:

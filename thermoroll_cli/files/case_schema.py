@@ -6,10 +6,12 @@ from __future__ import annotations
 import functools
 import json
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from thermoroll_cli.files.case_errors import KeyPath
-from thermoroll_cli.files.case_model import EXCLUSIVE, LOADS, Settings
+from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
+from thermoroll_cli.problem.kinds import Kind, every_kind
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.problem import BODIES
 
@@ -96,20 +98,8 @@ def _schema() -> Entry:
     schema["title"] = "thermoroll case"
     tables = schema["$defs"]
     schema["properties"]["material"] = _material(schema["properties"]["material"], tables)
-    across = [{"if": {"not": {"required": [f"{body}_profile"]}}, "then": {"required": [f"{body}_radius_y_mm"]}}
-              for body in BODIES]  # fmt: skip
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
-    of_contact = {"if": {"not": {"anyOf": [{"required": ["track"]}, {"required": ["wheelset"]}]}},
-                  "then": {"required": ["geometry"],
-                           "properties": {"load": {
-                               "if": {"not": {"anyOf": [{"required": [key]} for key in LOADS[1:]]}},
-                               "then": {"required": LOADS[:1]}}},
-                           "if": {"properties": {"load": {"not": {"required": ["normal_N_mm"]}}}},
-                           "then": {"properties": {"geometry": {"allOf": across}}}},
-                  "else": {"required": ["track", "wheelset"]}}
-    schema["allOf"] = [{"if": {"not": {"required": ["bearing"]}},
-                        "then": {"required": ["rolling"], "properties": {"rolling": {"required": ["speed_m_s"]}},
-                                 "allOf": [of_contact]}},
+    schema["allOf"] = [_of_kinds([kind for kind in every_kind() if kind.base]),
                        {"if": {"not": {"required": ["friction"], "properties": {"friction": {"anyOf": [
                            {"required": [key]} for key in ("over_angle", "across", "left", "right")]}}}},
                         "then": {"properties": {"load": {"required": ["friction_coefficient"]}}}}]
@@ -126,6 +116,25 @@ def _schema() -> Entry:
             given = {"properties": {table[0]: {"required": [first]}}, "required": [table[0]]}
             schema["allOf"].append({"if": given, "then": absent})
     return schema
+
+
+def _of_kinds(kinds: Sequence[Kind]) -> Entry:
+    """What a case must have that is of the first of these kinds which it asks for."""
+    kind, *others = kinds
+    needs = [*kind.needs, *(["rolling"] if kind.rolls else [])]
+    some = {table: {"if": {"not": {"anyOf": [{"required": [key]} for key in keys[1:]]}}, "then": {"required": keys[:1]}}
+            for table, keys in kind.one_of.items()}
+    if kind.rolls:
+        some["rolling"] = {"required": ["speed_m_s"]}
+    own: Entry = {"required": needs, "properties": some} if needs else {}
+    if "geometry" in needs:
+        across = [{"if": {"not": {"required": [f"{body}_profile"]}}, "then": {"required": [f"{body}_radius_y_mm"]}}
+                  for body in BODIES]  # fmt: skip
+        own |= {"if": {"properties": {"load": {"not": {"required": ["normal_N_mm"]}}}},
+                "then": {"properties": {"geometry": {"allOf": across}}}}
+    if not others:
+        return own
+    return {"if": {"anyOf": [{"required": [table]} for table in kind.tables]}, "then": own, "else": _of_kinds(others)}
 
 
 def _material(described: Entry, tables: Entry) -> Entry:

@@ -15,6 +15,7 @@ from thermoroll_cli.files.csv_table import image_of_rows
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, image, kind_of, load, of_texts
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.kinds import every_kind
 from thermoroll_cli.problem.names import FIELDS, PLACES, column_of
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.tools.arrays import AnyArray
@@ -119,7 +120,8 @@ def read_table(path: pathlib.Path, *, with_fields: bool = False) -> Columns:
 def _read_csv(path: pathlib.Path) -> Columns:
     with open(path, encoding="utf-8", newline="") as stream:
         header, *rows = list(csv.reader(stream))
-    if header[:2] in (["side", "number"], ["ball", "ring"]):  # the exported contacts of an assembly
+    if any(keys and (*header[: len(keys)],) == keys for keys in (kind.contact_keys for kind in every_kind())):
+        # The exported contacts of an assembly.
         raise ValueError
     columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
     keys = tuple(header[: header.index("status")])

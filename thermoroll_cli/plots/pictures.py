@@ -9,7 +9,6 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
-from thermoroll_cli.plots.bearing_figures import axes_figure, loads_figure
 from thermoroll_cli.plots.cuts import centreline_figure, curve_figure, track_figure
 from thermoroll_cli.plots.maps import field_figure
 from thermoroll_cli.plots.profile_figures import profile_figure
@@ -17,7 +16,6 @@ from thermoroll_cli.plots.run_frame import RunFrame, frame_of
 from thermoroll_cli.plots.style import applied, save
 from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, strength_figure, subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
-from thermoroll_cli.plots.wheelset_figures import friction_figure, patches_figure, section_figure
 from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.process import safe_point
@@ -47,27 +45,19 @@ KINDS: dict[str, Draw] = {
 show: where a stage was skipped, or a field vanishes everywhere."""
 
 
-ASSEMBLIES: dict[str, dict[str, Callable[[Result], Figure | None]]] = {
-    "wheelset": {"section": section_figure, "patches": patches_figure, "friction": friction_figure},
-    "bearing": {"loads": loads_figure, "axes": axes_figure, "patches": patches_figure},
-}
-"""Pictures of the whole of each kind of assembly."""
-
-
 def kinds_of(result: Result) -> tuple[str, ...]:
     """The pictures that a run draws."""
-    return tuple(ASSEMBLIES.get(result.assembly, KINDS))
+    return tuple(result.kind.pictures or KINDS)
 
 
 def figure(result: Result, kind: str = "", *, normalised: bool = False, cut_y: float | None = None) -> Figure | None:
-    """The picture of this kind (`KINDS`, or any field of the result; of an assembly those of `ASSEMBLIES`); by default the
+    """The picture of this kind (`KINDS`, or any field of the result; of an assembly those of its kind); by default the
     summary, or the first of the assembly. None where there is nothing to show.
 
     `normalised` draws the article's dimensionless quantities: p/p0, |τ|/p0, q α l/k (l = 1 mm), x/a0, y/b0. `cut_y` (m) is the
     line of the picture "centreline". Raises ValueError for an unknown kind or a cut outside the domain.
     """
-    if result.assembly:
-        kinds = ASSEMBLIES[result.assembly]
+    if kinds := result.kind.pictures:
         if kind and kind not in kinds:
             raise ValueError(f"the picture {kind!r} is none of {', '.join(kinds)}; its patches have those of a contact")
         with applied():
@@ -88,7 +78,7 @@ def draw(
     for an unknown kind or format and for a cut outside the domain, OSError where a file cannot be written.
     """
     kinds = kinds or kinds_of(result)
-    whole = ASSEMBLIES.get(result.assembly, {})
+    whole = result.kind.pictures
     of_contacts = {kind: _kind(kind) for kind in kinds if kind not in whole}
     written = []
     with applied():

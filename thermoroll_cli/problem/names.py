@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeVar
 
+from thermoroll_cli.problem.kinds import scalars_of_contact
 from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.tools.arrays import Array
 
@@ -527,9 +528,6 @@ PATCH_SCALARS |= {name: replace(scalar, listed=scalar.listed or name in ALSO_LIS
 """Scalars of a patch of a wheelset, in track axes, in the order they are reported: those of a contact but for signs that depend
 on its own axes."""
 
-OF_CONTACTS = {"wheelset": PATCH_SCALARS, "bearing": BALL_SCALARS}
-"""Scalars of the contacts of each kind of assembly."""
-
 PLACES = _named(Scalar("distance_mm", "distance rolled"), Scalar("time_s", "time"))
 """Columns of a history that say when."""
 
@@ -611,7 +609,7 @@ def column_of(name: str, keys: Collection[str] = ()) -> tuple[str, str]:
     (`uncertainty.NAME`, `left_1.NAME`), or one of `WEAR_COLUMNS`."""
     *parts, own = name.split(".")
     patch, state = (next((part for part in parts if (part in STATES) == known), "") for known in (False, True))
-    scalars = OF_CONTACTS["bearing" if patch.startswith("ball_") else "wheelset"] if patch else PLACES | ALL_SCALARS
+    scalars = scalars_of_contact(patch) if patch else PLACES | ALL_SCALARS
     if name in keys and name not in PLACES:
         return unit_of(name), f"varied key {name}"
     if own in scalars:

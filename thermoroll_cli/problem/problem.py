@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from itertools import accumulate
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
+from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.relaxation import Series, retardation
 from thermoroll_cli.tools.arrays import Array
 
@@ -285,7 +286,7 @@ class Wear:
 
 
 @dataclass(frozen=True)
-class Problem:
+class Problem(Task):
     """A complete steady-state rolling contact problem in SI units. It is immutable (`dataclasses.replace`) and checks nothing.
 
     Parameters:
@@ -306,6 +307,8 @@ class Problem:
 
     `solve` raises ValueError for a problem that has no steady state.
     """
+
+    kind: ClassVar[str] = "contact"
 
     lower: Material
     upper: Material

@@ -15,6 +15,7 @@ import numpy as np
 
 from thermoroll_cli import of_above, optional
 from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.kinds import Kind, kind_named
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, known_as, unit_of
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, meaning_in, row_of, scalar_text
@@ -182,6 +183,11 @@ class Result:
         object.__setattr__(self, "uncertainty", Named("scalar", every))
 
     @property
+    def kind(self) -> Kind:
+        """The kind of assembly, or that of a contact."""
+        return kind_named(self.assembly)
+
+    @property
     def contacts(self) -> tuple[Result, ...]:
         """The results of an assembly's contacts; none of a contact."""
         return tuple(patch for patch in self.patches if isinstance(patch, Result))
@@ -189,10 +195,10 @@ class Result:
     @property
     def shown(self) -> tuple[Result, ...]:
         """The contacts that printed tables and pictures show: of a bearing those of the ball with the largest load."""
-        if self.assembly != "bearing" or not self.contacts:
+        if not (key := self.kind.shown_by) or not self.contacts:
             return self.contacts
-        largest = max(self.contacts, key=lambda contact: float(contact.record["normal_N"])).record["ball"]
-        return tuple(contact for contact in self.contacts if contact.record["ball"] == largest)
+        largest = max(self.contacts, key=lambda contact: float(contact.record["normal_N"])).record[key]
+        return tuple(contact for contact in self.contacts if contact.record[key] == largest)
 
     @property
     def by_suffix(self) -> dict[str, Result]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from thermoroll_cli.problem.kinds import contact_name
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     ASSEMBLY_SCALARS,
@@ -139,13 +140,6 @@ def row_of(summary: Mapping[str, Any]) -> dict[str, Any]:
             parts |= {whole: {name: value for name, value in patch.items() if isinstance(value, float)},
                       f"{whole}.uncertainty": patch["uncertainty"]}
     return row | {f"{part}.{name}": value for part, values in parts.items() for name, value in values.items()}
-
-
-def contact_name(patch: Mapping[str, Any]) -> str:
-    """The name of a contact of an assembly, from its record; "" of a patch of one contact."""
-    if "ball" in patch:
-        return f"ball_{patch['ball']}_{patch['ring']}"
-    return f"{patch['side']}_{patch['number']}" if "side" in patch else ""
 
 
 def listed_scalars(row: Mapping[str, Any], problem: Problem) -> list[str]:

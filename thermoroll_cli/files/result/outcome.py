@@ -25,6 +25,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, load, of_texts, save, storable
+from thermoroll_cli.problem.kinds import contact_name
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     FIELDS,
@@ -38,7 +39,6 @@ from thermoroll_cli.problem.names import (
 )
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Subsurface
-from thermoroll_cli.problem.scalar_errors import contact_name
 from thermoroll_cli.tools.arrays import Array
 
 KIND = "result"

@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.polynomial import Chebyshev
@@ -24,6 +24,7 @@ from numpy.polynomial import Chebyshev
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.problem import Motion, Problem
 from thermoroll_cli.tools.arrays import Array
 
@@ -39,7 +40,7 @@ DEGREE = 20
 
 
 @dataclass(frozen=True)
-class BearingProblem:
+class BearingProblem(Task):
     """A ball bearing. `contact` is a problem whose geometry, load, and motion each contact of a ball replaces.
 
     - `ball_diameter`, `pitch_diameter` (m), number of `balls`, `contact_angle` without load (rad);
@@ -52,6 +53,8 @@ class BearingProblem:
     - `curved`: contacts follow the groove, or lie in planes;
     - `capacity`: basic dynamic load rating (N), None if not known.
     """
+
+    kind: ClassVar[str] = "bearing"
 
     contact: Problem
     ball_diameter: float

@@ -16,6 +16,7 @@ from thermoroll_cli.many_contacts.bearing.placement import Placement
 from thermoroll_cli.many_contacts.bearing.solve_bearing import INTEGRALS, Ball, BearingSearch, SolvedBearing
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
 from thermoroll_cli.one_contact.refinement.plan import Plan, make_plan
+from thermoroll_cli.problem.kinds import InWords
 from thermoroll_cli.problem.names import BALL_SCALARS, BEARING_SCALARS, GROUPS, SCALARS, TOGETHER
 from thermoroll_cli.problem.problem import Numerics
 from thermoroll_cli.problem.result import Result, State
@@ -44,7 +45,7 @@ BOTH_RINGS = 0.9
 class BearingSolver:
     """Solves bearing after bearing; each begins with the axes of the one before."""
 
-    def __init__(self, threads: int = 1) -> None:
+    def __init__(self, threads: int = 1, options: object = None) -> None:
         self.threads = threads
         self._before: BearingSearch | None = None
 
@@ -104,6 +105,18 @@ class BearingPlan:
     @property
     def memory_bytes(self) -> int:
         return 2 * self.kinds * self.contact.memory_bytes
+
+    @property
+    def steps(self) -> tuple[Any, ...]:
+        return ()
+
+    @property
+    def in_words(self) -> InWords:
+        alike = "all balls alike" if self.kinds == 1 else f"{self.kinds} kinds of balls by their loads"
+        contact = self.contact.in_words
+        return contact._replace(
+            notes=[f"{alike} at rest, with two contacts each; about {self.contact_solves} contacts are solved"],
+            record={**contact.record, "kinds_of_balls": self.kinds, "contact_solves": self.contact_solves})
 
 
 def plan_of(problem: BearingProblem) -> BearingPlan | None:

@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.one_contact.steady_state.derived import pressed_to
+from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.arrays import Array
@@ -124,7 +125,7 @@ class When:
 
 
 @dataclass(frozen=True)
-class OverTime:
+class OverTime(Task):
     """Anything that rolls over time: its `problem` with the values that do not change, and the `course` of those that do."""
 
     problem: Any
@@ -173,6 +174,8 @@ class OverTime:
 @dataclass(frozen=True)
 class History(OverTime):
     """A contact over time."""
+
+    kind: ClassVar[str] = "contact over time"
 
     problem: Problem
 
@@ -252,6 +255,8 @@ OF_WHEELSETS: dict[str, Callable[[WheelsetProblem, float], WheelsetProblem]] = {
 @dataclass(frozen=True)
 class WheelsetHistory(OverTime):
     """A wheelset over time."""
+
+    kind: ClassVar[str] = "wheelset over time"
 
     problem: WheelsetProblem
 

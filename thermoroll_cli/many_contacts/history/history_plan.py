@@ -13,6 +13,7 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.kinds import InWords
 from thermoroll_cli.tools.arrays import Array
 
 COARSEST = 8
@@ -109,6 +110,15 @@ class HistoryPlan:
     def steps(self) -> list[tuple[str, tuple[int, ...]]]:
         """What is reported of each state, in this order."""
         return [("tangential", shape) for shape, runs in self.grids for count in runs for _ in range(count + 1)]
+
+    @property
+    def in_words(self) -> InWords:
+        """One picture is that of the course."""
+        sizes = [f"grid {'×'.join(map(str, shape))}: {' and '.join(map(str, counts))} steps" for shape, counts in self.sides]
+        past = f"; {self.past_bytes / 2**20:.2g} MiB remember the heat of all steps" if self.past_bytes else ""
+        return InWords((), sizes, [f"about {self.applications} applications of the tangential operator{past}"], {
+            "grids": [{"grid": shape, "steps": counts} for shape, counts in self.sides],
+            "applications": self.applications, "heat_memory_bytes": self.past_bytes}, 3 if self.past_bytes else 1)
 
 
 def plan_of(history: History) -> HistoryPlan:

@@ -22,7 +22,7 @@ from thermoroll_cli.many_contacts.history.course import Begin, WheelsetHistory, 
 from thermoroll_cli.many_contacts.history.history_plan import grids_of, warnings_of
 from thermoroll_cli.many_contacts.history.solve import SAFETY, grown, over_rows, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
-from thermoroll_cli.many_contacts.wheelset.first_contact import roll_of, touching, wheelset_warnings
+from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, roll_of, touching, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.one_wheel import NoHeight, same_patch
 from thermoroll_cli.many_contacts.wheelset.patch_problem import problem_of_patch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, nearest
@@ -263,6 +263,11 @@ def warnings_over_time(history: WheelsetHistory) -> Iterator[str]:
     """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail at the beginning."""
     yield from warnings_of(history)
     yield from wheelset_warnings(history.start)
+
+
+def facts_over_time(history: WheelsetHistory) -> dict[str, float]:
+    """Numbers known before solving, at the beginning."""
+    return facts_of(history.start)
 
 
 class WheelsetHistorySolver:

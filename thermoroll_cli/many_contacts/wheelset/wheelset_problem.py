@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
+from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.problem import Problem
 
 SideName = Literal["left", "right"]
@@ -16,7 +17,7 @@ SIDES: tuple[SideName, ...] = ("left", "right")
 
 
 @dataclass(frozen=True)
-class WheelsetProblem:
+class WheelsetProblem(Task):
     """Wheels on rails. `contact` is a problem whose geometry, load and creepages each patch replaces. `rails` and `wheels`
     have a value for each side that exists. Left ones are mirrored, so that all are right ones.
 
@@ -25,6 +26,8 @@ class WheelsetProblem:
     `traction` (N), or without it such that they cause no torque about the axle. Patches are `curved`, or each lies in a plane
     and is alone. `contact_distance` (m), between the contacts of both wheels, concerns the equivalent conicity. Tables of a
     case that concern no wheel are `without_effect`."""
+
+    kind: ClassVar[str] = "wheelset"
 
     contact: Problem
     rails: Mapping[SideName, RailSide]

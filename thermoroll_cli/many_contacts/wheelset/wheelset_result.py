@@ -41,7 +41,7 @@ Together = tuple[float, float]
 class WheelsetSolver:
     """Solves wheelset after wheelset; each begins where the last one stood, and its patches from the last results."""
 
-    def __init__(self, threads: int = 1) -> None:
+    def __init__(self, threads: int = 1, options: object = None) -> None:
         self._before: SolvedWheelset | None = None
         self._solvers = SteadySolvers(threads)
 

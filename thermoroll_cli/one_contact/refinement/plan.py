@@ -13,6 +13,7 @@ from thermoroll_cli.one_contact.steady_state.doubts import relaxation_facts, tra
 from thermoroll_cli.one_contact.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
 from thermoroll_cli.one_contact.steady_state.solvable import check
 from thermoroll_cli.one_contact.steady_state.traction import check_yield
+from thermoroll_cli.problem.kinds import InWords
 from thermoroll_cli.problem.names import per_length
 from thermoroll_cli.problem.problem import Problem
 
@@ -213,6 +214,12 @@ class Plan:
         """Stages on grids in the order in which `solve` reports them (fewer where an accuracy is reached earlier)."""
         stages = ("tangential", "coupling") if self.runs("deformation") else ("tangential",)
         return [(stage, grid[: len(self.sides)]) for grid in self.grids for stage in stages]
+
+    @property
+    def in_words(self) -> InWords:
+        stages = [(name, "runs", "") for name in self.run] + [(name, "skipped:", why) for name, why in self.skipped.items()]
+        return InWords(stages, [f"grid {'×'.join(map(str, self.sides))}"], (),
+                       {"run": self.run, "skipped": self.skipped, "grid": self.sides}, 2 if self.runs("heat") else 0)
 
     @property
     def widest(self) -> bool:

@@ -19,8 +19,9 @@ from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.result.labelled import image, save
 from thermoroll_cli.files.result.outcome import KIND, tree_of
 from thermoroll_cli.files.table_file import ENDS, SWEEP, history_files, tree_of_table, write_csv
+from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.python_api import Solver, Task
+from thermoroll_cli.python_api import Solver
 from thermoroll_cli.studies.sweeps.points import MOST_POINTS, Axis, Points, Value, key_of
 from thermoroll_cli.studies.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of
 from thermoroll_cli.tools.journal import Journal, Record, is_whole

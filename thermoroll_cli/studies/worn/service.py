@@ -17,8 +17,6 @@ from typing import Any, Self
 import numpy as np
 
 from thermoroll_cli.files.case import Case, CaseError
-from thermoroll_cli.many_contacts.bearing.bearing_problem import BearingProblem
-from thermoroll_cli.many_contacts.history.course import OverTime
 from thermoroll_cli.many_contacts.wheelset.conicity import NOMINAL, conicity_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import solve_wheelset
@@ -47,12 +45,10 @@ Outlines = dict[str, Outline]
 
 
 def wearing(case: Case) -> Problem | WheelsetProblem:
-    """What wears. Raises Unsolvable for a bearing and for a contact over time."""
+    """What wears. Raises Unsolvable for kinds whose wear is not followed."""
+    case.settings.kind.check_wear()
     task = case.task
-    if isinstance(task, OverTime):
-        raise Unsolvable("the wear of a contact over time is not followed", "history", "a case without [history]")
-    if isinstance(task, BearingProblem):
-        raise Unsolvable("the wear of bearings is not followed", "bearing", "[geometry], or [track] and [wheelset]")
+    assert isinstance(task, Problem | WheelsetProblem)
     return task
 
 

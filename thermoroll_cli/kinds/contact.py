@@ -1,0 +1,84 @@
+"""A contact, and a contact over time."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.kinds import At, Kind, Planned
+
+LOADS = ("normal_N", "normal_N_mm", "approach_um", "vertical_N")
+
+
+class Contact(Kind):
+    name, words = "contact", "a single contact"
+    needs = ("geometry",)
+    one_of: Mapping[str, tuple[str, ...]] = {"load": LOADS}
+    follows = ()
+    solver = At("one_contact.refinement.solve.Solver")
+    plan = At("one_contact.refinement.plan.make_plan")
+
+    def asked_for(self, tables: Collection[str]) -> bool:
+        return True
+
+    def task(self, settings: Any, contact: Any) -> Any:
+        return contact
+
+    def check_one_contact(self) -> None:
+        pass
+
+    def check_wear(self) -> None:
+        pass
+
+    def warnings(self, task: Any) -> Iterable[str]:
+        from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
+        from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+        from thermoroll_cli.one_contact.steady_state.doubts import warnings_before
+
+        derived = DerivedQuantities(task)
+        return *warnings_before(derived), *expected_temperature_warning(derived)
+
+    def known(self, task: Any) -> tuple[Planned | None, Mapping[str, float], list[str]]:
+        """Those of the plan, which changes the domain of some problems."""
+        from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
+
+        plan = self.plan(task)
+        return plan, plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)]
+
+
+class ContactOverTime(Contact):
+    name = "contact over time"
+    base = False
+    solver = At("many_contacts.history.solve.HistorySolver")
+    warnings = At("many_contacts.history.history_plan.warnings_of")
+    plan = At("many_contacts.history.history_plan.plan_of")
+
+    def asked_for(self, tables: Collection[str]) -> bool:
+        return "history" in tables
+
+    def task(self, settings: Any, contact: Any) -> Any:
+        from thermoroll_cli.files.case_history import contact_over_time
+
+        return contact_over_time(settings.history, contact)
+
+    def check_one_contact(self) -> None:
+        raise Unsolvable("a contact over time has many states, and this takes one", "history", "a case without [history]")
+
+    def check_wear(self) -> None:
+        raise Unsolvable("the wear of a contact over time is not followed", "history", "a case without [history]")
+
+    def known(self, task: Any) -> tuple[Planned | None, Mapping[str, float], list[str]]:
+        """Facts are those at the largest load."""
+        plan = self.plan(task)
+        facts = Contact().known(task.largest)[1]
+        return plan, {name: value for name, value in facts.items() if value == value}, [*self.warnings(task)]
+
+    def journal(self, path: Any, task: Any, case: str, *, resume: bool) -> contextlib.AbstractContextManager[Any]:
+        from thermoroll_cli.many_contacts.history.kept_steps import journal_of
+
+        return journal_of(path, task, case, resume=resume)
+
+
+KINDS = (ContactOverTime(), Contact())

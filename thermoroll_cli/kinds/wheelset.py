@@ -1,0 +1,75 @@
+"""A wheelset, and a wheelset over time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from thermoroll_cli.kinds.contact import LOADS
+from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.kinds import At, Kind
+from thermoroll_cli.problem.names import PATCH_SCALARS, TOGETHER, WHEELSET_SCALARS
+
+
+class Wheelset(Kind):
+    name, words = "wheelset", "a wheelset"
+    tables = needs = ("track", "wheelset")
+    refused = ("geometry", *(f"load.{key}" for key in LOADS), "creepage", "force")
+    refusal = "[wheelset], from which it follows", "[track] and [wheelset] without it, or one contact without them"
+    without_load = "wheelset"
+    solver = At("many_contacts.wheelset.wheelset_result.WheelsetSolver")
+    warnings = At("many_contacts.wheelset.first_contact.wheelset_warnings")
+    facts = At("many_contacts.wheelset.first_contact.facts_of")
+    contact_name, contact_begins = "{side}_{number}", ("left_", "right_")
+    scalars, of_contacts = WHEELSET_SCALARS | TOGETHER, PATCH_SCALARS
+    one, sentence = "patch", "A wheelset on its track"
+    meanings: Mapping[str, str] = {f"rolling_radius_{side}_mm": f"at first contact, {side} wheel" for side in ("left", "right")}
+    figures: Mapping[str, str] = {name: f"plots.wheelset_figures.{name}_figure" for name in ("section", "patches", "friction")}
+    report_pictures = ("traction",)
+
+    def task(self, settings: Any, contact: Any) -> Any:
+        from thermoroll_cli.files.case_problem import rail_friction
+        from thermoroll_cli.files.case_wheelset import wheelset_of
+
+        return wheelset_of(settings.track, settings.wheelset, contact, rail_friction(settings))
+
+    def geometry(self, settings: Any) -> Any:
+        """The radii along rolling of a wheel and a rail. Each patch gives those across rolling."""
+        from thermoroll_cli.files.case_model import GeometryTable
+
+        radius = settings.wheelset.nominal_radius_mm
+        return GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf, upper_radius_x_mm=radius,
+                             upper_radius_y_mm=radius)
+
+    def check_wear(self) -> None:
+        pass
+
+    def wheelset(self, task: Any) -> Any:
+        return task
+
+
+class WheelsetOverTime(Wheelset):
+    name = "wheelset over time"
+    base = False
+    solver = At("many_contacts.history.wheelset_over_time.WheelsetHistorySolver")
+    warnings = At("many_contacts.history.wheelset_over_time.warnings_over_time")
+    facts = At("many_contacts.history.wheelset_over_time.facts_over_time")
+    not_resumed = "a wheelset over time begins anew: its steps are not kept"
+
+    def asked_for(self, tables: Collection[str]) -> bool:
+        return "history" in tables and super().asked_for(tables)
+
+    def task(self, settings: Any, contact: Any) -> Any:
+        from thermoroll_cli.files.case_history import wheelset_over_time
+
+        return wheelset_over_time(settings.history, super().task(settings, contact))
+
+    def check_wear(self) -> None:
+        raise Unsolvable("the wear of a contact over time is not followed", "history", "a case without [history]")
+
+    def wheelset(self, task: Any) -> Any:
+        return task.problem
+
+
+KINDS = (WheelsetOverTime(), Wheelset())
