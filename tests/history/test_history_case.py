@@ -330,18 +330,23 @@ def test_nothing_rolls() -> None:
     ("history", {"distance_mm": [0, 0, 0, 7]}, "history.distance_mm"),
     ("history", {"values": {"creepage.longitudinal": [0.001, 0.003]}}, "history.values"),
     ("history", {"values": {"numerics.grid": [8, 8, 8]}}, "history.values"),
-    ("history", {"values": {"load.normal_N": [1, 0, 1]}}, "history.values"),
+    ("history", {"values": {"load.normal_N": [1, 0, 1]}}, "load.normal_N"),
+    ("history", {"values": {"load.friction_coefficient": [0.1, 1e9, 0.1]}}, "load.friction_coefficient"),
+    ("history", {"values": {"creepage.longitudinal": [0, 1, -1e7]}}, "creepage.longitudinal"),
+    ("history", {"values": {"creepage.spin_rad_mm": [0, 1e10, 0]}}, "creepage.spin_rad_mm"),
+    ("history", {"values": {"rolling.speed_m_s": [1, 2, 2e9]}}, "rolling.speed_m_s"),
+    ("history", {"values": {"load.approach_um": [1, 2, 1]}}, "load.approach_um"),
     ("history", {"values": {"shift.lateral_um": [0, 1, 2]}}, "history.values"),
     ("history", {"time_s": [0, 1, 2]}, "history.time_s"),
     ("history", {"begin": "still"}, "history.begin"),
     ("rolling", {"speed_m_s": 0.0}, "history.distance_mm"),
     ("rolling", {"speed_m_s": 0.0}, "history.values"),
-    ("force", {"longitudinal_N": 0.1}, "history.values"),
+    ("force", {"longitudinal_N": 0.1}, "force.longitudinal_N"),
     ("friction", {"law": "exponential", "limit_coefficient": 0.2, "half_slip_m_s": 0.1}, "friction.law"),
     ("friction", {"law": "table", "table": [[0, 0.2], [0.1, 0.4], [0.2, 0.3]]}, "friction.law"),
     ("thermal", {"deformation": False, "peclet": "sliding"}, "thermal.peclet"),
     ("thermal", {"deformation": False, "lower": {"recirculate": True, "width_mm": 20, "convection_W_m2K": 9}}, "thermal.lower"),
-    ("history", {"values": {"thermal.bulk_temperature_upper_K": [0, 1, 2]}}, "history.values"),
+    ("history", {"values": {"thermal.bulk_temperature_upper_K": [0, 1, 2]}}, "material"),
     ("material", {"relaxation": [[0.5, 1.0]]}, "material.relaxation"),
 ])  # fmt: skip
 def test_what_is_refused(table: str, values: dict[str, Any], key: str) -> None:
@@ -591,3 +596,12 @@ def test_friction_that_falls_with_temperature() -> None:
     steady = stays["force_x_N"][0]
     assert steady < 0.95 * 0.3 * 65.0 and stays["force_x_N"] == pytest.approx([steady] * 21, rel=1e-3)
     assert max(grows["force_x_N"]) > 1.01 * steady and grows["force_x_N"][-1] == pytest.approx(steady, rel=3e-3)
+
+
+def test_a_domain_smaller_than_the_contact_grows_with_a_warning() -> None:
+    """As of a contact without a history."""
+    case = {**ball(), "numerics": {"grid": 8, "extent": 1.5}}
+    over_time = solve(case)
+    single = solve({name: table for name, table in case.items() if name != "history"})
+    warning = "numerics.extent = 1.5 is smaller than the contact: grown to 2.1"
+    assert warning in over_time.warnings and warning in single.warnings and over_time.work["extent"] == 2.1

@@ -177,8 +177,8 @@ def test_a_case_writes_rows_fields_and_pictures(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("history", "words"), [
     ({"length_mm": None}, "logarithm of its length"),
     ({"length_mm": 0.1}, "short beside a contact"),
-    ({"values": {"load.normal_N": [8.0, 12.5]}}, "does not go with a load per length"),
-    ({"values": {"creepage.spin_rad_mm": [0.0, 1e-4]}}, "does not go with a load per length"),
+    ({"values": {"load.normal_N": [8.0, 12.5]}}, "cannot be given together with load.normal_N"),
+    ({"values": {"creepage.spin_rad_mm": [0.0, 1e-4]}}, "history.values, number 2: .* is not computed for line contacts"),
 ])
 def test_what_a_line_over_time_needs(history: dict[str, object], words: str, tmp_path: Path) -> None:
     content = {**CASE, "history": {name: value for name, value in {**CASE["history"], **history}.items() if value is not None}}

@@ -17,9 +17,17 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.numerics.grid import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.names import SCALARS
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import TEMPERATURES, error_scale
+from thermoroll_cli.problem.scalar_errors import (
+    TEMPERATURES,
+    error_scale,
+    missed,
+    missed_by_whole,
+    not_reached,
+    together,
+    worst,
+)
 
 HOT = rolling(grid=32, creepage=(1e-3, 4e-4), spin=0.2, speed=2.0, heating=Heating(bulk_upper=30.0))
 
@@ -197,3 +205,34 @@ def test_the_largest_value_is_never_below_its_field() -> None:
     assert peak_inside(field, (field > 0.0).astype(float)) == 1.2
     inside = np.outer([0.0, 0.7, 0.9, 1.0, 0.8, 0.0], [0.0, 0.7, 0.9, 1.0, 0.8, 0.0])
     assert peak_inside(inside, (inside > 0.0).astype(float)) == peak_value(inside) > 1.0
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_what_contains_an_unknown_error_is_unknown(order: int) -> None:
+    contacts = [{"q": 3.0, "uncertainty": {"q": 0.1}}, {"q": 2.0, "uncertainty": {}}, {"uncertainty": {}}][::order]
+    assert math.isnan(worst([0.1, math.nan][::order])) and worst([]) == 0.0 and worst([0.1, 0.3]) == 0.3
+    for join, value in ((max, 3.0), (min, 2.0), (math.fsum, 5.0)):
+        found, error = together("q", contacts, join)
+        assert found == value and math.isnan(error)
+    assert together("q", [contacts[0 if order == 1 else 2]] * 2, math.fsum) == (6.0, 0.2)
+    assert math.isnan(together("q", [])[0])
+
+
+def test_no_accuracy_bounds_an_unknown_error() -> None:
+    errors = {"a": 0.01, "b": math.nan, "c": 0.2}
+    assert missed(errors, 0.1).keys() == {"b", "c"} and not missed(errors, None)
+    assert not_reached(0.1, missed(errors, 0.1), "here", "go").startswith("accuracy 0.1 not reached here: b has no error")
+    assert "c is good to 2.0e-01" in not_reached(0.1, {"c": 0.2}, "", "")
+    whole, numerics = {"height_mm": 1.0, "approach_max_um": 500.0}, Numerics(None, 1e-3)
+    assert not missed_by_whole(whole, {"height_mm": 1e-5}, numerics, ["height_mm"])
+    assert "height_mm is good to 2.0e-02" in missed_by_whole(whole, {"height_mm": 1e-2}, numerics, ["height_mm"])
+    assert "height_mm has no" in missed_by_whole(whole, {"height_mm": math.nan}, numerics, ["height_mm"])
+
+
+def test_a_stress_without_an_error_is_not_accurate() -> None:
+    """It is cut off: the largest von Mises stress lies below the last depth."""
+    name = "von_mises_max_lower_MPa"
+    request = SubsurfaceRequest(("lower",), depth=0.04e-3, layers=12)
+    asked = replace(rolling(creepage=(1e-3, 0.0)), numerics=Numerics(None, 0.1, accuracy_of=(name,)), subsurface=request)
+    result = solve(asked)
+    assert not result.converged and f"{name} has no error estimate; set a larger subsurface.depth_mm" in result.reason

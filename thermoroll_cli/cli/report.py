@@ -183,7 +183,7 @@ def of_result(result: Result, name: str) -> Section:
         bodies = "cylinders, a line contact per mm of length" if problem.line else "bodies in rolling contact"
         what = [f"Two {bodies}: {load}, "
                 + (f"coefficient of friction {number(friction.coefficient)}" if friction.law is None
-                   else f"friction after the law {friction.law}")
+                   else f"friction after the law {friction.law.kind}")
                 + f", speed {number(problem.motion.speed)} m/s, {heat}."]  # fmt: skip
     if grid := work.get("grid"):
         what.append(f"Finest grid: {' × '.join(map(str, grid))} elements{' for each patch' if result.assembly else ''}.")

@@ -12,6 +12,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, deliver
 from thermoroll_cli.cli.progress import Bar
+from thermoroll_cli.one_contact.refinement.plan import extent_of
 from thermoroll_cli.problem.names import UNCERTAINTY, column_of, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
@@ -48,7 +49,8 @@ def wear(
     """
     read, _ = options.read_task(case, settings, as_json=as_json)
     with options.recorded(case, as_json), options.solvable(read, str(case)):
-        asked = asked_of(wearing(read))
+        problem = wearing(read)
+        asked = asked_of(problem)
     options.check_writable(output)
     with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar, options.recorded(case, as_json):
 
@@ -84,7 +86,7 @@ def wear(
         draw=lambda: to.drawn(f"{read.name}_wear", lambda path: _draw(done, path, dpi)),
         record={"status": "not_converged" if done.reason else "converged", "reason": done.reason, "steps": steps, **last},
         lines=lambda: [*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in values), f"  {steps} steps"],
-        reason=done.reason))
+        reason=done.reason, warnings=extent_of(problem.contact.numerics)[1]))
 
 
 def _text(row: Mapping[str, Any], name: str) -> str:

@@ -7,6 +7,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple, get_args
 
@@ -16,7 +17,7 @@ from pydantic.fields import FieldInfo
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
-from thermoroll_cli.files.case_history import HistoryTable
+from thermoroll_cli.files.case_history import HistoryTable, extremes
 from thermoroll_cli.files.case_line import LOAD
 from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
 from thermoroll_cli.files.case_problem import problem_of
@@ -98,27 +99,23 @@ class _Checker:
                 self._rolling_speed()
             if name not in model.Head.model_fields:
                 self._section(name, field)
-        for first, second, allowed in EXCLUSIVE:
-            path, given = key_path(first), self.source.get(key_path(second))
-            if given is not None and self.source.get(path) is not None:
-                message = f"cannot be given together with {first}{self.source.line_of(path)}"
-                self._note(key_path(second), message, allowed=allowed, at_key=isinstance(given, dict))
+        self._exclusive()
         long = self.source.get(key_path(LOAD)) is not None
         for body in BODIES if isinstance(self.content.get("geometry"), dict) and not long else ():
             # Across rolling each body has a radius, or a profile.
             key, profile, given = f"{body}_radius_y_mm", f"{body}_profile", self.content["geometry"]
             if not self._has(("geometry",), given, key, profile):
-                path = ("geometry", key)
-                self._note(path, "is missing", allowed=f"{allowed_values(path)}; or a table [geometry.{profile}]", at_key=True)
-        for conflict in conflicts(self.sections):
-            self._note(conflict.path, conflict.message + self.source.line_of(conflict.other), allowed=conflict.allowed,
-                       hint=conflict.hint, at_key=conflict.at_key)
+                allowed = f"{allowed_values(('geometry', key))}; or a table [geometry.{profile}]"
+                self._note(("geometry", key), "is missing", allowed=allowed, at_key=True)
+        self._conflicts()
         history = self.sections.get("history")
         varied = {} if history is None else history.values
         for override in self.source.overrides:
             if ".".join(map(str, override.path)) in varied:
                 self._note(override.path, "changes over time as history.values says", allowed="another key", at_key=True)
         self._raise()
+        if history is not None:
+            self._over_time(history)
         sections = dict(self.sections)
         if sections["thermal"] is None:
             sections["thermal"] = model.ThermalTable(heat=heat_is_on(sections))
@@ -126,7 +123,8 @@ class _Checker:
         if numerics.grid is None and numerics.accuracy is None:
             sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
         for way in () if "creepage" in self.kind.follows else ("longitudinal", "lateral"):
-            if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None and getattr(force, f"{way}_N_mm") is None:
+            given = any(getattr(force, key) is not None or f"force.{key}" in varied for key in (f"{way}_N", f"{way}_N_mm"))
+            if getattr(creepage, way) is None and not given:
                 creepage = creepage.model_copy(update={way: 0.0})
         # Every part of it has been checked.
         settings = Settings.model_construct(title=self.content.get("title", ""), **sections | {"creepage": creepage})
@@ -141,6 +139,38 @@ class _Checker:
             self._note(key_path(reason.key), str(reason) + line, allowed=reason.allowed)
         self._raise()
         return settings
+
+    def _exclusive(self) -> None:
+        for first, second, allowed in EXCLUSIVE:
+            path, given = key_path(first), self.source.get(key_path(second))
+            if given is not None and self.source.get(path) is not None:
+                message = f"cannot be given together with {first}{self.source.line_of(path)}"
+                self._note(key_path(second), message, allowed=allowed, at_key=isinstance(given, dict))
+
+    def _conflicts(self) -> None:
+        for conflict in conflicts(self.sections):
+            self._note(conflict.path, conflict.message + self.source.line_of(conflict.other), allowed=conflict.allowed,
+                       hint=conflict.hint, at_key=conflict.at_key)
+
+    def _over_time(self, history: HistoryTable) -> None:
+        """The case as it is at some places of its history, by the rules of all others. Raises CaseError."""
+        for number, values in extremes(history).items():
+            place = f"{self.source.name}: history.values, number {number + 1}"
+            content = dict(self.content)
+            tables = {key.partition(".")[0] for key in values}
+            content |= {table: dict(content.get(table, {})) for table in tables}
+            for key, value in values.items():
+                table, _, name = key.partition(".")
+                content[table][name] = value
+            here = _Checker(replace(self.source, content=content, located=False))
+            here.sections = dict(self.sections)
+            for table in tables:
+                here._section(table, Settings.model_fields[table])
+            here._exclusive()
+            if not here.findings:
+                here._conflicts()
+            self.findings += [replace(found, source=place) for found in here.findings]
+            self._raise()
 
     def _raise(self) -> None:
         if self.findings:

@@ -16,8 +16,6 @@ from thermoroll_cli.files.case_table import Allowed, Table
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.many_contacts.history.course import (
-    OF_ELLIPSES,
-    OF_LINES,
     OF_WHEELSETS,
     PATH,
     SHIFTS,
@@ -41,11 +39,8 @@ REFUSED = {**dict.fromkeys(("bearing", "subsurface", "strength", "wear"), (
     "is not computed over time", "a case without it, or without [history]")),
     "thermal.lower": RETURNING, "thermal.upper": RETURNING}
 """Tables and keys that are not computed over time, with the reason and what is allowed."""
-LARGEST = 1e15
-"""Magnitude of any value."""
-LEAST = {"load.normal_N": 1e-15, "load.normal_N_mm": 1e-15, "load.approach_um": 1e-9, "load.friction_coefficient": 1e-9,
-         "wheelset.vertical_N": 1e-6, SPEED: 0.0}
-"""Least values of keys that have one."""
+LARGEST_SHIFT = 1e15
+"""Magnitude of a shift in µm, which no key outside a history has."""
 
 Numbers = Annotated[list[float], Field(min_length=2, max_length=MOST_PLACES)]
 STATES: dict[str, Begin] = {"steady": "steady", "pressed": "pressed"}
@@ -109,7 +104,12 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
 
 
 def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault]:
-    """What is wrong with friction that depends on slip."""
+    """What is wrong with friction that depends on slip, or that changes."""
+    coefficients = history.values.get("load.friction_coefficient", ())
+    if coefficients and (friction is None or friction.law):
+        yield ("history", "values"), "friction cannot change where it depends on slip", "a case without [friction]"
+    elif not all(coefficients):
+        yield ("history", "values"), "load.friction_coefficient is 0 at times", "numbers above 0"
     if friction is None:
         return
     if friction.memory_um and history.begin and history.begin not in STATES:
@@ -122,33 +122,18 @@ def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault
                    "friction.memory_um above 0, or a law that does not fall")
 
 
-def _out_of_range(key: str, values: list[float]) -> bool:
-    return not all(abs(value) <= LARGEST and value >= LEAST.get(key, -LARGEST) for value in values)
-
-
 def _values_of_wheelset(sections: Mapping[str, Any], wheelset: Any, history: HistoryTable) -> Iterator[Fault]:
     """What is wrong with the values of keys of a wheelset."""
-    path, (friction, track, rolling) = ("history", "values"), (sections.get(name) for name in ("friction", "track", "rolling"))
+    path, track, rolling = ("history", "values"), sections.get("track"), sections.get("rolling")
     rollers = [side for side in (track, getattr(track, "left", None), getattr(track, "right", None))
                if side is not None and side.roller_radius_mm]
-    excluded = {"wheelset.height_mm": "vertical_N", "wheelset.vertical_N": "height_mm",
-                "wheelset.angular_velocity_rad_s": "traction_N", "wheelset.traction_N": "angular_velocity_rad_s"}
     rates = {f"wheelset.{rate}": key for rate, key in zip(
         ("lateral_velocity_mm_s", "vertical_velocity_mm_s", "roll_rate_mrad_s", "yaw_rate_mrad_s"), PATH, strict=True)}
-    for key, values in history.values.items():
-        other = excluded.get(key, "")
+    for key in history.values:
         if key not in OF_WHEELSETS:
             yield path, f"{key} of a wheelset cannot change over time", ", ".join(OF_WHEELSETS)
-        elif _out_of_range(key, values) or (key == SPEED and not all(values)):
-            yield path, f"{key} is outside the allowed range", f"{LEAST.get(key, -LARGEST):g} to {LARGEST:g}" + (
-                ", above 0: a wheelset over time rolls" if key == SPEED else "")
-        elif other and (getattr(wheelset, other) is not None or f"wheelset.{other}" in history.values):
-            yield path, f"{key} cannot change together with wheelset.{other}", "one of both"
         elif key == SPEED and rollers:
             yield path, f"{key} cannot change on rollers", "wheelset.angular_velocity_rad_s, or a track"
-        elif key == "load.friction_coefficient" and (
-                friction is None or friction.over_angle or friction.across or friction.law):
-            yield path, f"{key} cannot change where friction depends on the place or on slip", "a case without [friction]"
     for rate, key in rates.items():
         if key in history.values and (rate in history.values or getattr(wheelset, rate.removeprefix("wheelset."))):
             yield (path if rate in history.values else tuple(rate.split(".")), f"{rate} follows from the path, {key}",
@@ -164,28 +149,12 @@ def _values_of_wheelset(sections: Mapping[str, Any], wheelset: Any, history: His
 
 def _values(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
     """What is wrong with the values of keys."""
-    rolling, load, force, path = sections.get("rolling"), sections.get("load"), sections.get("force"), ("history", "values")
-    friction, thermal, line = sections.get("friction"), sections.get("thermal"), is_line(sections)
-    others = OF_ELLIPSES if line else OF_LINES
+    rolling, path = sections.get("rolling"), ("history", "values")
     for key, values in history.values.items():
         if key not in VARIED:
             yield path, f"{key} cannot change over time", ", ".join(VARIED)
-        elif key in others:
-            yield path, f"{key} does not go with a load " + ("per length" if line else "that is none per length"), (
-                ", ".join(each for each in VARIED if each not in others))
-        elif _out_of_range(key, values):
-            what = ": bodies that part are not computed" if key.startswith(("load.normal", "load.approach")) else ""
-            yield path, f"{key} is outside the allowed range{what}", f"{LEAST.get(key, -LARGEST):g} to {LARGEST:g}"
-        elif key.startswith("creepage.") and any(
-                getattr(force, f"{key.split('.')[1]}_{unit}", None) is not None for unit in ("N", "N_mm")):
-            yield path, f"{key} cannot change under a given force.{key.split('.')[1]}", "a force, or a creepage"
-        elif load is not None and ((key == "load.normal_N" and load.approach_um is not None)
-                                   or (key == "load.approach_um" and load.normal_N is not None)):
-            yield path, f"{key} cannot change together with the other one", "a normal load, or an approach"
-        elif key == "load.friction_coefficient" and (friction is None or friction.across or friction.law):
-            yield path, f"{key} cannot change where friction depends on the place or on slip", "a case without [friction]"
-        elif key.startswith("thermal.") and (thermal is None or not thermal.heat or thermal.partition != "matched"):
-            yield path, f"{key} drives heat through the contact, which needs a matched partition", 'partition = "matched"'
+        elif key in SHIFTS and max(map(abs, values)) > LARGEST_SHIFT:
+            yield path, f"{key} is outside the allowed range", f"{-LARGEST_SHIFT:g} to {LARGEST_SHIFT:g}"
     speeds = history.values.get(SPEED) or ([] if rolling is None else [rolling.speed_m_s or 0.0])
     if history.distance_mm is not None and not all(speeds):
         yield ("history", "distance_mm"), "nothing is rolled at rolling.speed_m_s = 0", "time_s"
@@ -197,6 +166,14 @@ def _values(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Faul
             "is slip over the rolling speed, and nothing rolls"), "shift.longitudinal_um, shift.lateral_um, or a force"
     if any(speeds) and any(len({*history.values.get(key, [])}) > 1 for key in SHIFTS) and SPEED not in history.values:
         yield path, "shifts happen without rolling", "rolling.speed_m_s = 0, or creepages"
+
+
+def extremes(history: HistoryTable) -> dict[int, dict[str, float]]:
+    """The values of the keys of a case, by key, at the places (numbers from 0) where one of them is least or largest: what is
+    right there is so at all places, for a key allows a range."""
+    given = {key: values for key, values in history.values.items() if key not in SHIFTS}
+    numbers = {values.index(most(values)) for values in given.values() for most in (min, max)}
+    return {number: {key: values[number] for key, values in given.items()} for number in sorted(numbers)}
 
 
 def wheelset_over_time(table: HistoryTable, problem: WheelsetProblem) -> WheelsetHistory:
@@ -216,14 +193,10 @@ def wheelset_over_time(table: HistoryTable, problem: WheelsetProblem) -> Wheelse
 
 def contact_over_time(table: HistoryTable, problem: Problem) -> History:
     """The history that a table describes of a contact. Raises Unsolvable where it begins with a result of something else."""
-    motion = problem.motion
-    for way, name in (("longitudinal", "creepage_x"), ("lateral", "creepage_y")):
-        if {f"force.{way}_N", f"force.{way}_N_mm"} & {*table.values}:
-            motion = replace(motion, **{name: None})  # type: ignore[arg-type]
-    still = table.values.get(SPEED, [motion.speed])[0] == 0.0
+    still = table.values.get(SPEED, [problem.motion.speed])[0] == 0.0
     values = {key: tuple(table.values[key]) for key in VARIED if key in table.values}
     begin = STATES.get(table.begin or ("pressed" if still else "steady")) or _result_in(str(table.begin))
-    problem = replace(problem, motion=motion, length=math.inf if table.length_mm is None else 1e-3 * table.length_mm)
+    problem = replace(problem, length=math.inf if table.length_mm is None else 1e-3 * table.length_mm)
     return History(problem, _course(table, values, begin))
 
 

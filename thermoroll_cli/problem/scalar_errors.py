@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from thermoroll_cli.problem.kinds import contact_name
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     ASSEMBLY_SCALARS,
+    GROUPS,
     ISOTHERMAL,
     OVER_LIMIT,
     PER_LENGTH,
@@ -22,7 +23,7 @@ from thermoroll_cli.problem.names import (
     holds,
     known_as,
 )
-from thermoroll_cli.problem.problem import BODIES, Problem
+from thermoroll_cli.problem.problem import BODIES, Numerics, Problem
 from thermoroll_cli.tools.arrays import Array
 
 FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
@@ -86,6 +87,52 @@ def passed_on(errors: ArrayLike, sensitivities: ArrayLike) -> Array:
     (…, n). Signs are unknown, so magnitudes add: Σ |∂q/∂xᵢ| eᵢ. What a quantity does not depend on may be unknown."""
     shares = np.abs(sensitivities)
     return np.asarray(np.where(shares == 0.0, 0.0, shares * np.asarray(errors)).sum(axis=-1))
+
+
+# --- an error that is not known is nan: so is what contains it, and no accuracy bounds it ------------------------------
+
+
+def worst(errors: Iterable[float]) -> float:
+    """The largest of `errors`, 0 of none; nan if one of them is not known."""
+    return float(np.max([0.0, *errors]))
+
+
+def together(
+    name: str, contacts: Iterable[Mapping[str, Any]], join: Callable[[Iterable[float]], float] = max
+) -> tuple[float, float]:
+    """A scalar of several contacts together, nan if none has it, and its error in the scalar's unit, from their summaries:
+    sums have the sum of the errors, all else (`join`) the largest of them."""
+    mine = [contact for contact in contacts if computed(contact.get(name))]
+    errors = [contact["uncertainty"].get(name, math.nan) for contact in mine]
+    return join(contact[name] for contact in mine) if mine else math.nan, (math.fsum if join is math.fsum else worst)(errors)
+
+
+def missed(errors: Mapping[str, float], accuracy: float | None) -> dict[str, float]:
+    """Those of `errors` that an `accuracy` does not bound, in its measure; none where no accuracy is asked for."""
+    return {} if accuracy is None else {name: error for name, error in errors.items() if not error <= accuracy}
+
+
+def not_reached(accuracy: float | None, errors: Mapping[str, float], where: str, remedy: str) -> str:
+    """Why a result is not as accurate as was asked for, from the `errors` that miss it: one that is not known, or the
+    largest."""
+    name = max(errors, key=lambda each: math.inf if math.isnan(errors[each]) else errors[each])
+    known = f"is good to {errors[name]:.1e}" if computed(errors[name]) else "has no error estimate"
+    return f"accuracy {accuracy:g} not reached {where}: {name} {known}; {remedy}"
+
+
+def missed_by_whole(
+    whole: Mapping[str, float], errors: Mapping[str, float], numerics: Numerics, judged: Iterable[str],
+    scale: Callable[[str, Mapping[str, float]], float] = error_scale,
+) -> str:
+    """Why an assembly is not as accurate as was asked for though each of its contacts is, "" if it is, from its scalars and
+    their `errors`: those of `numerics.accuracy_of` that no contact has, or those that are `judged` if it names none, over their
+    `scale`. What is given has no entry in `errors`; what is 0 is so by symmetry."""
+    asked = {name for each in numerics.accuracy_of for name in GROUPS.get(each, (each,))} or {*judged}
+    over = {name: errors[name] / scale(name, whole) for name in ASSEMBLY_SCALARS
+            if name in asked and name in errors and computed(whole.get(name)) and whole[name]}
+    found = missed(over, numerics.accuracy)
+    return not_reached(numerics.accuracy, found, "by the whole, though each contact has it",
+                       "name what has to be accurate in numerics.accuracy_of, or set numerics.grid") if found else ""
 
 
 def temperature_difference(summary: Mapping[str, Any]) -> float:

@@ -17,10 +17,9 @@ from thermoroll_cli.many_contacts.bearing.solve_bearing import INTEGRALS, Ball, 
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
 from thermoroll_cli.one_contact.refinement.plan import Plan, make_plan
 from thermoroll_cli.problem.kinds import InWords
-from thermoroll_cli.problem.names import BALL_SCALARS, BEARING_SCALARS, GROUPS, SCALARS, TOGETHER
-from thermoroll_cli.problem.problem import Numerics
+from thermoroll_cli.problem.names import BALL_SCALARS, SCALARS, TOGETHER
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.scalar_errors import computed, error_scale
+from thermoroll_cli.problem.scalar_errors import error_scale, missed_by_whole, together
 from thermoroll_cli.tools.arrays import Array
 
 LARGEST_POWER_ERROR = 2e-3
@@ -151,8 +150,8 @@ def result_of(solved: SolvedBearing) -> Result:
         plane = 0.0 if solved.problem.curved else max(abs(contact.record["creepage_longitudinal"]) for contact in contacts)
         if missing > LARGEST_POWER_ERROR + plane + errors["torque_Nmm"] / scalars["torque_Nmm"]:
             reasons.append(f"the torques from heat and from forces differ by {missing:.1e}")
-    if not reasons:
-        reasons += _missed(solved.problem.contact.numerics, scalars, errors)
+    if not reasons and (missed := missed_by_whole(scalars, errors, solved.problem.contact.numerics, JUDGED, _scale)):
+        reasons.append(missed)
     state = State({}, scalars, np.zeros(0), np.zeros(0))
     grid: list[int] = max((contact.work["grid"] for contact in contacts), default=[])
     return Result(
@@ -162,19 +161,10 @@ def result_of(solved: SolvedBearing) -> Result:
         warnings=(*bearing_warnings(solved.problem), *_warnings(solved, contacts)), lines=_around(solved))
 
 
-def _missed(numerics: Numerics, scalars: Mapping[str, float], errors: Mapping[str, float]) -> Iterator[str]:
-    """Why the whole is not as accurate as was asked for, if it is not: displacements over the largest of them, all else over
-    itself."""
-    if numerics.accuracy is None:
-        return
-    largest = max(abs(scalars[name]) for name in scalars if name.endswith("displacement_um"))
-    asked = {name for each in numerics.accuracy_of for name in GROUPS.get(each, (each,))} or {*JUDGED}
-    over = {name: errors[name] / (largest if name.endswith("displacement_um") else abs(scalars[name]))
-            for name in BEARING_SCALARS if name in asked and scalars.get(name) and name in errors}
-    worst = max(over, key=lambda name: over[name], default="")
-    if worst and over[worst] > numerics.accuracy:
-        yield (f"accuracy {numerics.accuracy:g} not reached, though each contact has it: {worst} is good to {over[worst]:.1e}; "
-               "name what has to be accurate in numerics.accuracy_of, or set numerics.grid")
+def _scale(name: str, scalars: Mapping[str, float]) -> float:
+    """By what an accuracy is judged: displacements by the largest of them, all else by itself."""
+    alike = [each for each in scalars if each.endswith("displacement_um")]
+    return max(abs(scalars[each]) for each in (alike if name in alike else (name,)))
 
 
 def _contacts(solved: SolvedBearing) -> Iterator[Result]:
@@ -272,16 +262,14 @@ def _of_the_whole(solved: SolvedBearing) -> dict[str, float]:
 def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[str, float], dict[str, float]]:
     """Scalars of the whole bearing and their errors."""
     problem, scalars, errors = solved.problem, _of_the_whole(solved), _errors(solved, _of_the_whole)
-    if problem.axial_displacement is not None:
-        errors["axial_displacement_um"] = math.nan
+    if problem.axial_displacement is not None:  # it is given
+        del errors["axial_displacement_um"]
     summaries = [contact.summary() for contact in contacts]
     for name, scalar in TOGETHER.items():
-        mine = [summary for summary in summaries if computed(summary.get(name))]
         assert scalar.together is not None
-        if mine and name not in errors:
-            own = [summary["uncertainty"].get(name, math.nan) for summary in mine]
-            scalars[name] = scalar.together(summary[name] for summary in mine)
-            errors[name] = (math.fsum if scalar.together is math.fsum else max)(own)
+        found = together(name, summaries, scalar.together)
+        if name not in errors and not math.isnan(found[0]):
+            scalars[name], errors[name] = found
     if problem.rolls and contacts:
         torque = 0.0
         for ball in solved.balls:

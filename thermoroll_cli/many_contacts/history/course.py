@@ -49,10 +49,6 @@ VARIED: dict[str, tuple[float, Callable[[Problem, float], Problem]]] = {
 }
 """Keys that may change, each with the SI value of its unit and what it changes. Shifts change no problem: the step that they
 happen in does (`steps`)."""
-OF_LINES = tuple(key for key in VARIED if key.endswith("_N_mm"))
-"""Those of line contacts alone."""
-OF_ELLIPSES = (*(key.removesuffix("_mm") for key in OF_LINES), "load.approach_um", "creepage.spin_rad_mm")
-"""Those of all others alone."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from thermoroll_cli.many_contacts.history.course import SPEED, History, OverTime
+from thermoroll_cli.one_contact.refinement.plan import extent_of
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
@@ -87,7 +88,8 @@ def warnings_of(history: OverTime) -> list[str]:
     """Warnings that need no solution."""
     count = len(history.course.rows) - 1
     doubtful = count < FEW and history.problem.motion.speed > 0.0 and history.contact.numerics.accuracy is None
-    return [f"few steps ({count}): errors may be larger than estimated; set history.steps"] if doubtful else []
+    few = [f"few steps ({count}): errors may be larger than estimated; set history.steps"] if doubtful else []
+    return [*few, *extent_of(history.contact.numerics)[1]]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from thermoroll_cli.many_contacts.history.kept_steps import KeptSteps
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR, missed_accuracy
 from thermoroll_cli.one_contact.refinement.outcome import state_of_line
-from thermoroll_cli.one_contact.refinement.plan import GROWTH, LARGEST_EXTENT, SMALLEST_EXTENT
+from thermoroll_cli.one_contact.refinement.plan import extent_of, grown, may_grow
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.one_contact.steady_state.scalars import patches_of, problem_scalars
@@ -24,7 +24,7 @@ from thermoroll_cli.problem.columns import CONVERGED, Columns
 from thermoroll_cli.problem.names import ALL_SCALARS, PLACES, SCALARS, UNCERTAINTY, holds, known_as, over_limit, per_length
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.problem.scalar_errors import error_scale, not_reached, worst
 from thermoroll_cli.tools.arrays import Array
 from thermoroll_cli.tools.journal import Journal
 
@@ -70,7 +70,7 @@ class HistorySolver:
         makes the result up to there. Steps go into the `journal`, if there is one, and those that it has are not solved again.
         Raises Unsolvable where friction cannot carry a force, JournalError."""
         check(history)
-        return grown(history, warnings_of(history), lambda extent, warnings: self._refined(
+        return on_domain(history, warnings_of(history), lambda extent, warnings: self._refined(
             history, extent, warnings, report, journal))
 
     def _refined(
@@ -91,7 +91,7 @@ class HistorySolver:
                             "grid": list(shape), "applications": moment.applications,
                             "residual": moment.state.contact.tangential.residual,
                             **({"so_far": level.result} if level.coarser or len(grids) == 1 else {})})
-                    if moment.state.touches_rim and extent <= LARGEST_EXTENT:
+                    if moment.state.touches_rim and may_grow(extent):
                         return None
             if accuracy is not None and level.coarser and not _missed(level.result(), history):
                 break
@@ -99,21 +99,19 @@ class HistorySolver:
         found = level.result()
         if accuracy is not None and (missed := _missed(found, history)):
             tried = " × ".join(map(str, found.work["grid"]))
-            reason = (f"accuracy {accuracy:g} not reached on the finest grid tried, {tried} elements: "
-                      f"{', '.join(missed)}; ask for more than {accuracy:g} or for others in numerics.accuracy_of, or set "
-                      "numerics.grid and history.steps")
+            reason = not_reached(accuracy, missed, f"on the finest grid tried, {tried} elements",
+                                 "ask for less, or for others in numerics.accuracy_of, or set numerics.grid and history.steps")
             found = replace(found, converged=False, reason=found.reason or reason)
         return found
 
 
-def grown(history: OverTime, known: Sequence[str], solved: Callable[[float, Sequence[str]], Result | None],
-          least: float = SMALLEST_EXTENT) -> Result:
-    """What is `solved` on a domain of some half-lengths of the contact, at `least` so many, with the warnings that are `known`;
-    the domain grows, and a warning says so, as long as that is None."""
-    extent, warnings = max(history.contact.numerics.extent, least), known
+def on_domain(history: OverTime, warnings: Sequence[str], solved: Callable[[float, Sequence[str]], Result | None],
+              least: float = 0.0) -> Result:
+    """What is `solved` on a domain of some half-lengths of the contact, at `least` so many, with `warnings`; the domain grows,
+    and a warning says so, as long as that is None."""
+    extent = max(extent_of(history.contact.numerics)[0], least)
     while (found := solved(extent, warnings)) is None:
-        extent *= GROWTH
-        warnings = [*known, f"the contact reached the rim of the domain: extent grown to {extent:g}"]
+        extent, warnings = grown(extent, warnings)
     return found
 
 
@@ -172,8 +170,9 @@ class _Level:
         return _result(self.history, self.rows, self._last, errors, [*self.warnings, *lost])
 
 
-def _missed(result: Result, history: History) -> list[str]:
-    """The scalars whose estimated error in some row is above the accuracy that is asked for, over the largest scale of all."""
+def _missed(result: Result, history: History) -> dict[str, float]:
+    """The scalars whose estimated error in some row the accuracy that is asked for does not bound, over the largest scale of
+    all."""
     table = result.history
     assert table is not None
     largest = {name: float(np.nanmax(np.abs(column))) for name, column in table.numbers.items()
@@ -181,7 +180,9 @@ def _missed(result: Result, history: History) -> list[str]:
     errors = dict.fromkeys(SCALARS, 0.0)
     for name, column in ((name, UNCERTAINTY + known_as(name, largest)) for name in SCALARS):
         scale = error_scale(name, largest) if column in table else 0.0
-        errors[name] = float(np.nanmax(table[column])) / scale if scale else 0.0
+        if scale:
+            there = ~np.isnan(np.array(table[column.removeprefix(UNCERTAINTY)]))
+            errors[name] = worst(np.array(table[column])[there]) / scale
     return missed_accuracy(errors, largest, history.problem)
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from thermoroll_cli.many_contacts.history.course import Begin, WheelsetHistory, When
 from thermoroll_cli.many_contacts.history.history_plan import grids_of, warnings_of
-from thermoroll_cli.many_contacts.history.solve import SAFETY, grown, over_rows, table_of
+from thermoroll_cli.many_contacts.history.solve import SAFETY, on_domain, over_rows, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
 from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, roll_of, touching, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.one_wheel import NoHeight, same_patch
@@ -32,7 +32,7 @@ from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, whee
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, sign_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import result_of
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
-from thermoroll_cli.one_contact.refinement.plan import LARGEST_EXTENT
+from thermoroll_cli.one_contact.refinement.plan import may_grow
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.one_contact.steady_state.fixed_point import SteadyState
@@ -292,7 +292,7 @@ class WheelsetHistorySolver:
             for shape, runs in grids:
                 coarser, rows = rows, {}
                 for places in runs:
-                    patches, grows = ahead.afresh(shape, extent), extent <= LARGEST_EXTENT
+                    patches, grows = ahead.afresh(shape, extent), may_grow(extent)
                     for row in patches.rows(places, report or (lambda stage, info: None)):
                         if row.place in history.course.rows:
                             rows[row.place] = row
@@ -305,7 +305,7 @@ class WheelsetHistorySolver:
 
         # The coarsest grid has an element beside the contacts of all rows at each end.
         coarsest = min(grids[0][0])
-        return grown(history, warnings, refined, 2.0 * coarsest / (coarsest - 2.0) + 1e-9)
+        return on_domain(history, warnings, refined, 2.0 * coarsest / (coarsest - 2.0) + 1e-9)
 
 
 def _result(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideNa
 from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_kind, of_side
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.scalar_errors import computed, error_scale, passed_on
+from thermoroll_cli.problem.scalar_errors import error_scale, missed_by_whole, passed_on, together, worst
 from thermoroll_cli.tools.arrays import Array
 
 FORCES = "xyz"
@@ -33,9 +33,9 @@ ROLLING = 1e-3
 WIDEST_PLANE = 0.3
 """Turn of the surface across a patch (rad) from which a plane is a doubtful model; the solver warns of curved patches."""
 
-
-Together = tuple[float, float]
-"""A scalar of several contacts together and its error in the scalar's unit, nan if it is not estimated."""
+JUDGED = ("height_mm", "roll_mrad", "angular_velocity_rad_s",
+          *(f"track_force_{axis}_{side}_N" for axis in FORCES for side in SIDES))
+"""Scalars of the whole that have to be as accurate as is asked for, if no others are named; patches answer for all else."""
 
 
 class WheelsetSolver:
@@ -81,6 +81,8 @@ def result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> Result:
     allowed = LARGEST_POWER_ERROR * max(scalars["Q_F_W"], ROLLING * sliding) + errors.get("Q_F_W", 0.0) + unbalanced
     if scalars["power_balance_error"] * scalars["Q_F_W"] > allowed:
         reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
+    if not reasons and (missed := missed_by_whole(scalars, errors, problem.contact.numerics, JUDGED)):
+        reasons.append(missed)
     of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches for warning in patch.warnings)
     state = State({}, scalars, np.zeros(0), np.zeros(0))
     return Result(
@@ -210,15 +212,15 @@ def _scalars(
     # What all patches have together, and sums over those of each wheel.
     summaries = {side: [patch.summary() for patch in mine] for side, mine in contacts.items()}
     everyone = [summary for mine in summaries.values() for summary in mine]
-    found = {"approach_max_um": _together("approach_um", max, everyone)}
+    found = {"approach_max_um": together("approach_um", everyone)}
     for name, scalar in TOGETHER.items():
         assert scalar.together is not None
-        found[name] = _together(name, scalar.together, everyone)
+        found[name] = together(name, everyone, scalar.together)
         if scalar.together is math.fsum:
-            found |= {of_side(name, side): _together(name, math.fsum, mine) for side, mine in summaries.items()}
-    together = {name: pair for name, pair in found.items() if not math.isnan(pair[0])}
-    scalars |= {name: value for name, (value, _) in together.items()}
-    rises = [name for name in (f"temperature_rise_max_{body}_K" for body in BODIES) if name in together]
+            found |= {of_side(name, side): together(name, mine, math.fsum) for side, mine in summaries.items()}
+    found = {name: pair for name, pair in found.items() if not math.isnan(pair[0])}
+    scalars |= {name: value for name, (value, _) in found.items()}
+    rises = [name for name in (f"temperature_rise_max_{body}_K" for body in BODIES) if name in found]
     scalars["temperature_rise_max_K"] = max((scalars[name] for name in rises), default=math.nan)
     heat, power = scalars["Q_F_W"], sum(patch.power for patch in solved.patches)
     # Over time a part of the power is stored.
@@ -249,17 +251,9 @@ def _scalars(
         ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
         errors[f"lateral_over_vertical_{side}"] = (
             float(passed_on([lateral, vertical], [1.0, ratio])) / carried if carried else math.nan)
-    errors |= {name: error for name, (_, error) in together.items()}
-    errors["temperature_rise_max_K"] = max((together[name][1] for name in rises), default=math.nan)
+    errors |= {name: error for name, (_, error) in found.items()}
+    errors["temperature_rise_max_K"] = worst(found[name][1] for name in rises) if rises else math.nan
     return scalars, errors
-
-
-def _together(name: str, join: Callable[[Iterable[float]], float], summaries: Sequence[Mapping[str, Any]]) -> Together:
-    """A scalar of several contacts together, nan if none has it, and its error in the scalar's unit; nan if it has none."""
-    mine = [summary for summary in summaries if computed(summary.get(name))]
-    errors = [summary["uncertainty"].get(name, math.nan) for summary in mine]
-    largest = math.nan if any(map(math.isnan, errors)) else (math.fsum if join is math.fsum else max)([0.0, *errors])
-    return join(summary[name] for summary in mine) if mine else math.nan, largest
 
 
 # --- errors of height, velocity and loads, from those of the patches -------------------------------------------------

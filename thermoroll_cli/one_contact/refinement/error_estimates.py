@@ -35,10 +35,20 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
 from thermoroll_cli.physics.stress.body_stresses import LAYER_POINTS, Collector, scalars_of
 from thermoroll_cli.physics.stress.strength import PARABOLA
-from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, Condition, Kind, Scalar, holds, of_contacts, of_kind
+from thermoroll_cli.problem.names import (
+    SCALARS,
+    STRENGTH_SCALARS,
+    Condition,
+    Kind,
+    Scalar,
+    holds,
+    known_as,
+    of_contacts,
+    of_kind,
+)
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Peak
-from thermoroll_cli.problem.scalar_errors import TEMPERATURES, error_scale
+from thermoroll_cli.problem.scalar_errors import TEMPERATURES, computed, error_scale, missed, worst
 
 Levels = Sequence[Mapping[str, float]]
 
@@ -141,22 +151,23 @@ def estimate(
     return safety * (max(abs(last) / shown, guard) + unresolved) + floor
 
 
-def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], problem: Problem) -> list[str]:
-    """The scalars of one state that have to be accurate and whose estimated error is above the accuracy that is asked for:
-    those of `numerics.accuracy_of`, or the `ERROR_SCALARS`; `summary` has their values.
+def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], problem: Problem) -> dict[str, float]:
+    """The scalars of one state that have to be accurate, with estimated errors that the accuracy that is asked for does not
+    bound: those of `numerics.accuracy_of`, unless they are given, or the `ERROR_SCALARS` that have an error (of others warnings
+    tell); `summary` has their values.
 
     A share that sticks of exactly 0 asks for no finer grid, and neither does the strip along the leading edge that sticks over
     an interlayer (0.3 % of the contact where a locomotive slips by 10 %), if it is no wider than its own error: the forces
     have the effect of the stick that may be unseen."""
-    accuracy, asked = problem.numerics.accuracy, problem.numerics.accuracy_of
-    if accuracy is None:
-        return []
-    names = of_contacts(asked)
-    wanted = [name for name in errors if name in names] if asked else ERROR_SCALARS
+    asked = problem.numerics.accuracy_of
+    names = of_contacts(asked) if asked else ERROR_SCALARS
     interlayer = problem.interlayer.compliance > 0.0
     known = ("gamma_st", "stick_area_mm2") if summary["gamma_st"] <= (errors["gamma_st"] if interlayer else 0.0) else ()
-    missed = [name for name in wanted if errors[name] > accuracy and name not in known]
-    return [name for name in missed if name not in TEMPERATURES or errors[name] * error_scale(name, summary) > SMALLEST_ERROR_K]
+    wanted = {name: error for name, error in errors.items() if name in names and name not in known and (
+        computed(summary.get(known_as(name, summary))) and not holds(SCALARS[name].given, problem) if asked
+        else not math.isnan(error))}
+    return {name: error for name, error in missed(wanted, problem.numerics.accuracy).items()
+            if name not in TEMPERATURES or not error * error_scale(name, summary) <= SMALLEST_ERROR_K}
 
 
 def converges_one_way(before: float, last: float) -> bool:
@@ -489,7 +500,7 @@ def _count_rivals(
     strongest = max(last, key=lambda part: last[part].value)
     highest = last.pop(strongest)
     excess = {part: (peak.value - highest.value) / scale + growth[part] for part, peak in last.items()}
-    errors[name] = max(growth[strongest] or own, *excess.values())
+    errors[name] = worst([growth[strongest] or own, *excess.values()])
     near = [last[part] for part in last if excess[part] >= -own]
     for axis, word in (("z", "depth"), ("x", "x"), ("y", "y")):
         if (place := f"{quantity.rsplit('_', 1)[0]}_{word}_{body}_mm") in errors:

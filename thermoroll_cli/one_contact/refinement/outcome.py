@@ -24,7 +24,7 @@ from thermoroll_cli.one_contact.steady_state.scalars import patches_of, problem_
 from thermoroll_cli.physics.heat.frictional_heat import account
 from thermoroll_cli.problem.names import per_length
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.problem.scalar_errors import error_scale, not_reached
 
 
 def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: bool = True) -> Result:
@@ -43,10 +43,9 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     heat = last.here.heat(last.contact) if plan.runs("heat") else None
     warnings += warnings_after(derived, last, heat, resolution.edge)
     if missed := missed_accuracy(errors, by_level[-1], problem):
-        worst = max(missed, key=lambda k: errors[k])
-        reasons.append(f"accuracy {problem.numerics.accuracy:g} not reached on the finest grid tried, {last.here.grid.nx} "
-                       f"elements per side: {worst} is good to {errors[worst]:.1e}; ask for less, name what has to be accurate "
-                       "in numerics.accuracy_of, or set numerics.grid")
+        reasons.append(not_reached(
+            problem.numerics.accuracy, missed, f"on the finest grid tried, {last.here.grid.nx} elements per side",
+            "ask for less, name what has to be accurate in numerics.accuracy_of, or set numerics.grid"))
     residuals: dict[str, Any] = {}
     if hot is not cold:
         residuals["coupling_residual"] = np.array(last.state.history)

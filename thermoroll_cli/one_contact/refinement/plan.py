@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from thermoroll_cli.one_contact.refinement.expected_heat import deformation_effect, even_share
@@ -15,7 +15,7 @@ from thermoroll_cli.one_contact.steady_state.solvable import check
 from thermoroll_cli.one_contact.steady_state.traction import check_yield
 from thermoroll_cli.problem.kinds import InWords
 from thermoroll_cli.problem.names import per_length
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.problem import Numerics, Problem
 
 COARSEST = 6
 """Elements per side of the coarsest grid, twice as many where three grids are left without it: the Hertz contact is 5 wide,
@@ -179,6 +179,25 @@ def first_of_both(grids: Sequence[tuple[int, int]]) -> int:
 
 LARGEST_EXTENT, GROWTH = 12.0, 1.25
 """Domain in semi-axes beyond which it grows no more, and the factor by which it does when the contact reaches its rim."""
+REACHED_RIM = "the contact reached the rim of the domain: extent grown to "
+
+
+def extent_of(numerics: Numerics) -> tuple[float, list[str]]:
+    """The domain in semi-axes to begin with, and a warning if it is not the one that is asked for."""
+    if numerics.extent >= SMALLEST_EXTENT:
+        return numerics.extent, []
+    return SMALLEST_EXTENT, [f"numerics.extent = {numerics.extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}"]
+
+
+def may_grow(extent: float) -> bool:
+    """Whether a domain whose rim the contact reaches grows."""
+    return extent <= LARGEST_EXTENT
+
+
+def grown(extent: float, warnings: Iterable[str]) -> tuple[float, list[str]]:
+    """The next larger domain, and the `warnings` with one that says so."""
+    extent *= GROWTH
+    return extent, [*(warning for warning in warnings if not warning.startswith(REACHED_RIM)), f"{REACHED_RIM}{extent:g}"]
 
 
 @dataclass(frozen=True)
@@ -223,13 +242,12 @@ class Plan:
 
     @property
     def widest(self) -> bool:
-        return self.extent > LARGEST_EXTENT
+        return not may_grow(self.extent)
 
     def wider(self) -> Plan:
         """The same on a larger domain, with a warning."""
-        grown = self.extent * GROWTH
-        warning = f"the contact reached the rim of the domain: extent grown to {grown:g}"
-        return replace(self, extent=grown, warnings=[*self.warnings, warning])
+        extent, warnings = grown(self.extent, self.warnings)
+        return replace(self, extent=extent, warnings=warnings)
 
     def runs(self, stage: str) -> bool:
         return stage in self.run
@@ -249,11 +267,7 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     reasons = stages(derived)
     run = [stage for stage, reason in reasons.items() if reason == ""]
     skipped = {stage: reason for stage, reason in reasons.items() if reason}
-    warnings = []
-    extent = problem.numerics.extent
-    if extent < SMALLEST_EXTENT:
-        warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
-        extent = SMALLEST_EXTENT
+    extent, warnings = extent_of(problem.numerics)
     warnings += warnings_before(derived)
     # Bounds of the effects of stages that could change a scalar and are left out.
     bounds, deformation = {"differential slip": derived.kinematics.differential_slip.left_out}, problem.heating.deformation

@@ -25,7 +25,7 @@ from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.names import of_contacts
 from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result, Subsurface
-from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.problem.scalar_errors import computed, error_scale, missed, not_reached
 from thermoroll_cli.tools.arrays import Array
 
 Collectors = dict[str, Collector]
@@ -106,12 +106,12 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
     numerics, reason = result.problem.numerics, result.reason
     # The grid was chosen for the surface.
-    asked = of_contacts(numerics.accuracy_of)
-    missed = {name: each for name, each in error.items() if name in asked and each > (numerics.accuracy or math.inf)}
-    if missed:
-        worst = max(missed, key=lambda name: missed[name])
-        message = (f"accuracy {numerics.accuracy:g} not reached below the surface on the grid that the surface needs: {worst} "
-                   f"is good to {missed[worst]:.1e}; set numerics.grid")
+    asked = of_contacts(numerics.accuracy_of).difference(*(collector.without_peak() for collector in grids[-1].values()))
+    asked_errors = {name: each for name, each in error.items() if name in asked and computed(scalars[name])}
+    if unsure := missed(asked_errors, numerics.accuracy):
+        cut_off = any(collector.cut_off & unsure.keys() for collector in grids[-1].values())
+        message = not_reached(numerics.accuracy, unsure, "below the surface on the grid that the surface needs",
+                              "set a larger subsurface.depth_mm" if cut_off else "set numerics.grid")
         reason = "; ".join(filter(None, (reason, message)))
     numbers = {**result.numbers, **below.scalars}
     uncertainty = {name: each * error_scale(name, numbers) for name, each in error.items()}

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thermoroll_cli.one_contact.refinement.plan import SMALLEST_EXTENT
+from thermoroll_cli.one_contact.refinement.plan import extent_of
 from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, pressed_to
 from thermoroll_cli.one_contact.steady_state.scalars import wear_steepness, worn_per_passage
@@ -148,7 +148,7 @@ def rate_errors(result: Result, body: BodyName) -> tuple[float, float]:
 
 def _across(problem: Problem) -> tuple[float, float]:
     """Lowest and highest y (m) of the domain that a solution of `problem` would have."""
-    domain = DerivedQuantities(problem).scales.domain(max(problem.numerics.extent, SMALLEST_EXTENT))
+    domain = DerivedQuantities(problem).scales.domain(extent_of(problem.numerics)[0])
     return domain.centre - 0.5 * domain.side_y, domain.centre + 0.5 * domain.side_y
 
 

@@ -24,7 +24,7 @@ from thermoroll_cli.one_contact.steady_state.scalars import worn_per_passage
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BodyName, Problem, Wear, planar
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import passed_on
+from thermoroll_cli.problem.scalar_errors import passed_on, worst
 from thermoroll_cli.studies.worn.evolution import rate_errors
 from thermoroll_cli.studies.worn.outlines import ROW, Outline, flange, worn_off
 from thermoroll_cli.studies.worn.steps import Columns, WearState, steps_of
@@ -157,7 +157,7 @@ def rate_errors_of(result: Result, name: str) -> tuple[float, float]:
     body = _body_of(name)
     area = f"wear_area_{body}_um2"
     mine = [patch for patch in _patches(result, name) if patch[area]]
-    return (max((rate_errors(patch, body)[0] for patch in mine), default=0.0),
+    return (worst(rate_errors(patch, body)[0] for patch in mine),
             1e-12 * math.fsum(patch.uncertainty[area] for patch in mine))
 
 
@@ -213,7 +213,7 @@ def _solved(positions: list[tuple[float, WheelsetProblem]], state: WearState, ou
         rates[name] = outline.smoothed(total, wear.smoothing) / track_length(problem, wear, name)
         area = float(total.sum()) * outline.size
         error = float(passed_on([record["errors"][name][1] for record in records], weights))
-        errors[name] = max(record["errors"][name][0] for record in records), error / area if area else 0.0
+        errors[name] = worst(record["errors"][name][0] for record in records), error / area if area else 0.0
     lightest = min(1e6 * record["columns"]["pressure_max_MPa"][0] for record in records)
     stable = STABLE_SHARE * max(wear.smoothing, ROW) * lightest / problem.contact.contact_modulus
     fastest = max(float(rate.max()) for rate in rates.values())
