@@ -6,16 +6,17 @@ BIN := $(VENV)/bin
 PACKAGES := thermoroll_cli tests scripts
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test format check docs figures stress bench table
+.PHONY: help install run test test-all format check docs figures stress bench table
 
 help:
 	@echo "make run      install, solve the article's case and draw its pictures"
-	@echo "make test     install, and run the tests on all cores"
+	@echo "make test     install, and run the tests that guard a change, on all cores"
+	@echo "make test-all the same with the slow tests (minutes)"
 	@echo "make install  install into $(VENV)"
 	@echo "make format   format the code"
 	@echo "make check    ruff, mypy, and a run in which every warning is an error"
 	@echo "make docs     build the site of the documents in build/site, with a gallery of cases/"
-	@echo "make stress   solve thousands of random cases, and check what must hold of each; run the slow tests (minutes)"
+	@echo "make stress   solve thousands of random cases, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
 	@echo "make table    build the default table of creep forces again; may be stopped and started again (half an hour of CPU time)"
 	@echo "make bench    measure cost and errors, fill in the tables of docs/ (minutes); CONTACT=PATH measures CONTACT in turn, too"
@@ -27,8 +28,13 @@ run: install
 	@echo
 	@echo "Pictures: $(CURDIR)/results/article_4_1_*.png, numbers: results/article_4_1.h5"
 
+PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
+
 test: $(VENV)/.installed-test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder
+	$(PYTEST)
+
+test-all: $(VENV)/.installed-test
+	$(PYTEST) -m "slow or not slow"
 
 format: $(VENV)/.installed-test
 	$(BIN)/ruff format $(PACKAGES)
@@ -45,7 +51,6 @@ docs: $(VENV)/.installed-docs
 
 stress: $(VENV)/.installed-test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress --write
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow
 
 figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures

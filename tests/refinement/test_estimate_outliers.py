@@ -37,7 +37,7 @@ SLOW_OUTLIERS = (
 @pytest.mark.parametrize("seed", sampled([362, 489, 491, 378]))
 def test_estimates_cover_what_they_once_missed(seed: int) -> None:
     """Slip zones narrower than an element, forces close to μW: of the stress generator, N = 32. (Seed 334 is another, whose
-    reference alone takes half a minute: `make stress` has it.)"""
+    reference alone takes half a minute: `make test-all` has it.)"""
     pairs = list(pairs_of(POPULATIONS["coverage of contacts"].draw(seed).problem, 32))
     assert len(pairs) >= 8
     # Seed 491 is short by 2.7 times in a heat flux, seed 362 by 2.1 times: zones narrower than half an element.
