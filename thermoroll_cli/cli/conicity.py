@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options
-from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.csv_table import write_rows
-from thermoroll_cli.many_contacts.wheelset.conicity import NUMBERS
+from thermoroll_cli.many_contacts.wheelset.conicity import NUMBERS, Conicity
 from thermoroll_cli.python_api import conicity as conicity_of
 from thermoroll_cli.studies.sweeps.points import Axis
 
@@ -51,30 +53,46 @@ def conicity(
         with options.usage("--amplitude"), options.solvable(read, str(case)):
             found = conicity_of(read, amplitudes)  # type: ignore[arg-type]
     options.check_writable(output)
-    record, to = found.record(), Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, report, quiet)
+    to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, report, quiet)
+    raise typer.Exit(deliver(Found(read, found), to))
 
-    def write() -> Iterator[Path]:
+
+@dataclass
+class Found(Outcome):
+    """The equivalent conicity `found` of the wheelset of a case."""
+
+    case: Case
+    found: Conicity
+
+    def __post_init__(self) -> None:
+        self.name, self.stem, self.warnings = self.case.name, f"{self.case.name}_conicity", self.found.warnings
+        if all(value is None for value in self.record()["conicity"]):
+            self.reason = "no amplitude has an equivalent conicity"
+
+    def record(self) -> Mapping[str, Any]:
+        return self.found.record()
+
+    def write(self, folder: Path) -> Iterator[Path]:
+        record = self.record()
         for kind, columns in TABLES.items():
-            path = output / f"{read.name}_{kind}.csv"
+            path = folder / f"{self.name}_{kind}.csv"
             write_rows(path, columns, zip(*(record[name] for name in columns), strict=True))
             yield path
-        path, points = output / f"{read.name}_contacts.csv", record["contacts"]
+        path, points = folder / f"{self.name}_contacts.csv", record["contacts"]
         write_rows(path, points, zip(*points.values(), strict=True))
         yield path
 
-    def draw() -> list[Path]:
+    def draw(self, to: Ending) -> list[Path]:
         from thermoroll_cli.plots.conicity_figure import draw_conicity
 
-        return to.drawn(f"{read.name}_conicity", lambda path: draw_conicity(path, found, read.settings.title, dpi))
+        return to.drawn(self.stem, lambda path: draw_conicity(path, self.found, self.case.settings.title, to.dpi))
 
-    def section() -> Section:
+    def section(self, folder: Path) -> Section:
         from thermoroll_cli.cli import report as page
 
-        return page.of_conicity(found, read)
+        return page.of_conicity(self.found, self.case)
 
-    raise typer.Exit(deliver(
-        to, read.name, f"{read.name}_conicity", write=write, draw=draw, section=section, record=record,
-        lines=lambda: [f"  {name:18} {'none' if record[name] is None else f'{record[name]:.3f}':8} {meaning}"
-                       for name, meaning in NUMBERS.items()],
-        warnings=found.warnings, reason="" if any(value is not None for value in record["conicity"]) else
-        "no amplitude has an equivalent conicity"))
+    def lines(self) -> list[str]:
+        record = self.record()
+        return [f"  {name:18} {'none' if record[name] is None else f'{record[name]:.3f}':8} {meaning}"
+                for name, meaning in NUMBERS.items()]

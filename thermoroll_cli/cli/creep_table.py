@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.commands import HELP_OPTIONS
-from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.problem.friction import FrictionLaw
 from thermoroll_cli.studies.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.studies.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
-from thermoroll_cli.studies.creep_table.table_file import DEFAULT_ASPECTS, Axes, read_table, write_csv, write_table
+from thermoroll_cli.studies.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
 from thermoroll_cli.studies.sweeps.points import Axis
 from thermoroll_cli.tools.runner import Workers
 
@@ -86,25 +87,42 @@ def build(
         write_table(output, built, command_line=options.command_line())
         journal_path(output).unlink(missing_ok=True)
 
-    def write() -> Iterator[Path]:
-        yield output
-        if csv is not None:
-            write_csv(csv, built)
-            yield csv
+    raise typer.Exit(deliver(Built(output, built, csv), Ending(place, as_json, quiet=quiet)))
 
-    def lines() -> Iterator[str]:
-        quality = built.quality
+
+@dataclass
+class Built(Outcome):
+    """A table that has been written to `file`, and is wanted as `csv`, too."""
+
+    file: Path
+    built: TableValues
+    csv: Path | None
+
+    def __post_init__(self) -> None:
+        self.name, self.stem = self.file.name, self.file.stem
+        if holes := self.built.holes:
+            self.reason = f"{holes} points are holes of the table, filled from their neighbours"
+
+    def write(self, folder: Path) -> Iterator[Path]:
+        yield self.file
+        if self.csv is not None:
+            write_csv(self.csv, self.built)
+            yield self.csv
+
+    def pictures(self, folder: Path) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> Mapping[str, Any]:
+        built = self.built
+        return {"file": self.file, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)}
+
+    def lines(self) -> Iterator[str]:
+        built, quality = self.built, self.built.quality
         yield f"{built.errors[:, 1:].size} points solved, {built.holes} of them without a solution"
         yield f"  errors of forces over μW: solver {quality.solver_rms:.1e} (rms), {quality.solver_max:.1e} (largest)"
         if quality.points:
             yield (f"  table against solver at {quality.points} random points: {quality.rms:.1e} (rms), "
                    f"{quality.largest:.1e} (largest)")
-
-    record = {"file": output, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)}
-    raise typer.Exit(deliver(
-        Ending(place, as_json, quiet=quiet), output.name, output.stem, write=write, record=record,
-        lines=lines, drawable=tuple,
-        reason=f"{built.holes} points are holes of the table, filled from their neighbours" if built.holes else ""))
 
 
 @table.command()

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.tables import align
-from thermoroll_cli.files.case import case_name
+from thermoroll_cli.files.case import Case, case_name
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.names import unit_of
 from thermoroll_cli.problem.scalar_errors import with_error
@@ -70,32 +72,52 @@ def fit(
     with options.recorded(case, as_json), options.usage("DATA.csv"):
         found = fitting.fit(read, measured, free, jobs=jobs, skip_failed=skip_failed, report=report)
     to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
+    raise typer.Exit(deliver(Fitted(read, found), to))
 
-    def draw(path: Path, dpi: float | None = None) -> Path:
+
+@dataclass
+class Fitted(Outcome):
+    """The values `found` for a case."""
+
+    case: Case
+    found: fitting.Fit
+
+    def __post_init__(self) -> None:
+        self.name, self.stem = self.case.name, f"{self.case.name}_fit"
+        self.reason, self.warnings = self.found.reason, self.found.warnings
+
+    def write(self, folder: Path) -> Iterable[Path]:
+        return self.found.save(folder, self.name)
+
+    def draw(self, to: Ending) -> list[Path]:
+        return to.drawn(self.stem, lambda path: self._draw(path, to.dpi))
+
+    def _draw(self, path: Path, dpi: float | None = None) -> Path:
         with style.applied():
-            return style.save(found.figure(), path, dpi)
+            return style.save(self.found.figure(), path, dpi)
 
-    def section() -> Section:
+    def section(self, folder: Path) -> Section:
         from thermoroll_cli.cli import report as page
 
+        found = self.found
         return page.Section(
-            read.settings.title or read.name,
+            self.case.settings.title or self.name,
             [f"A fit of {', '.join(found.parameters)} to {len(found.measured)} measured points."], found.reason, found.warnings,
             [page.Table(_values(found), ("", "value ± 95 %", "unit"), values=(1, 2))],
-            page.picture("fit", draw),
-            read.text, page.METHOD + " The values are those of least squares; the number behind ± is their 95 % interval.",
+            page.picture("fit", self._draw),
+            self.case.text, page.METHOD + " The values are those of least squares; the number behind ± is their 95 % interval.",
             estimated=False)  # fmt: skip
 
-    state = "converged" if found.converged else "NOT CONVERGED"
-    if doubtful := [f"{key} {one.doubt}" for key, one in found.parameters.items() if one.doubt]:
-        state += f" ({', '.join(doubtful)})"
-    raise typer.Exit(deliver(
-        to, read.name, f"{read.name}_fit", write=lambda: found.save(output, read.name), section=section,
-        draw=lambda: to.drawn(f"{read.name}_fit", lambda path: draw(path, dpi)),
-        record=found.record(), warnings=found.warnings, reason=found.reason,
-        lines=lambda: [
-            f"{read.name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
-            *align([("value", "± 95 %", ""), *_values(found)])]))
+    def record(self) -> Mapping[str, Any]:
+        return self.found.record()
+
+    def lines(self) -> list[str]:
+        found = self.found
+        state = "converged" if found.converged else "NOT CONVERGED"
+        if doubtful := [f"{key} {one.doubt}" for key, one in found.parameters.items() if one.doubt]:
+            state += f" ({', '.join(doubtful)})"
+        return [f"{self.name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
+                *align([("value", "± 95 %", ""), *_values(found)])]
 
 
 def _values(found: fitting.Fit) -> list[tuple[str, str, str]]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
 
 from thermoroll_cli.cli import options
-from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.case import Case, CaseError, Override
@@ -50,16 +51,12 @@ def import_(
     with options.recorded(file, as_json):
         found = imported(file, case)
     written, files = [each.case for each in found if each.case is not None], list[Path]()
-    left_out = [{"case": each.number, "reason": each.reason} for each in found if each.case is None]
-    less = [{"case": each.number, "without": each.without} for each in found if each.without]
     overrides, compared = options.parse_overrides(settings), list[dict[str, Any]]()
     if written:
         options.check_writable(output)
     for one in written:
         files.append(output / f"{one.name}.toml")
         write_bytes(files[-1], one.text.encode())
-    record: dict[str, Any] = {"cases": len(found), "written": [one.name for one in written], "left_out": left_out,
-                              "without": less}
     if run:
         beside = output_beside(file)
         reference = reference_forces(beside) if beside else {}
@@ -69,21 +66,47 @@ def import_(
                     compared.append(solved(each, reference, overrides, output))
                     progress.step(f"{each.case.name}: {compared[-1]['status']}")
         files += [path for one in written if (path := output / f"{one.name}.h5").exists()]
-        record["compared"] = compared
+    code = deliver(Written(file, output, found, files, compared if run else None), Ending(output, as_json, quiet=quiet))
+    raise typer.Exit(code if written else ExitCode.INVALID_CASE)
 
-    def lines() -> Iterator[str]:
-        yield f"{file}: {len(written)} of {len(found)} cases written to {output}"
-        yield from (f"  case {each['case']}: {each['reason']}" for each in left_out)
-        yield from (f"  case {each['case']}: written without {each['without']}" for each in less)
-        for row in compared:
+
+@dataclass
+class Written(Outcome):
+    """The cases that were `found` in an input `file`, the `files` that have been written into `folder`, and the forces of those
+    that were solved beside those of CONTACT (`compared`; None: none was to be)."""
+
+    file: Path
+    folder: Path
+    found: Sequence[Imported]
+    files: Sequence[Path]
+    compared: Sequence[Mapping[str, Any]] | None
+
+    def __post_init__(self) -> None:
+        self.name, self.stem = self.file.name, self.file.stem
+        failed = sum(row["status"] != "converged" for row in self.compared or ())
+        self.reason = f"{failed} of {len(self.compared or ())} cases" if failed else ""
+        self.written = [each.case.name for each in self.found if each.case is not None]
+
+    def write(self, folder: Path) -> Sequence[Path]:
+        return self.files
+
+    def pictures(self, folder: Path) -> tuple[str, ...]:
+        return ()
+
+    def record(self) -> Mapping[str, Any]:
+        return {"cases": len(self.found), "written": self.written,
+                "left_out": [{"case": each.number, "reason": each.reason} for each in self.found if each.case is None],
+                "without": [{"case": each.number, "without": each.without} for each in self.found if each.without],
+                **({} if self.compared is None else {"compared": self.compared})}
+
+    def lines(self) -> Iterator[str]:
+        yield f"{self.file}: {len(self.written)} of {len(self.found)} cases written to {self.folder}"
+        yield from (f"  case {each.number}: {each.reason}" for each in self.found if each.case is None)
+        yield from (f"  case {each.number}: written without {each.without}" for each in self.found if each.without)
+        for row in self.compared or ():
             yield (f"  case {row['case']}: {row['status']}, force {_shown(row['force'])} N"
                    + (f", CONTACT {_shown(row['reference'])} N" if row["reference"] else "")
                    + (f": {row['reason']}" if "reason" in row else ""))
-
-    failed = sum(row["status"] != "converged" for row in compared)
-    code = deliver(Ending(output, as_json, quiet=quiet), file.name, file.stem, write=lambda: files, record=record, lines=lines,
-                   drawable=tuple, reason=f"{failed} of {len(compared)} cases" if failed else "")
-    raise typer.Exit(code if written else ExitCode.INVALID_CASE)
 
 
 def imported(file: Path, only: int | None = None) -> list[Imported]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
+import glob
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
@@ -82,128 +84,150 @@ def run(
         raise typer.BadParameter(f"several cases would write {twice[0]}.h5: rename one, or run them one by one")
     options.check_writable(output)
 
-    def run_case(case: Case) -> int:
-        to = Ending(output, as_json, options.plots_of(case, plots, no_plots), formats, dpi, report, quiet)
-        return _run_case(case, to=to, normalised=normalised, resume=resume, threads=threads, verbose=verbose,
-                         reproducible=reproducible)
-
-    codes = [_attempt(case, run_case, as_json=as_json) for case in valid]
+    codes = list[int]()
+    for case in valid:
+        with _alone(case, codes, as_json=as_json):
+            to = Ending(output, as_json, options.plots_of(case, plots, no_plots), formats, dpi, report, quiet)
+            result = _solved(case, to, resume=resume, threads=threads, verbose=verbose)
+            codes.append(deliver(Solved(case, result, normalised, verbose, reproducible), to))
     raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
 
 
-def _attempt(case: Case, run_case: Callable[[Case], int], *, as_json: bool) -> int:
-    """Run one case; its errors do not stop the others."""
+@contextlib.contextmanager
+def _alone(case: Case, codes: list[int], *, as_json: bool) -> Iterator[None]:
+    """Inside, one of several cases: its errors add their exit code to `codes` and do not stop the others."""
     try:
         with options.recorded(Path(case.name), as_json), options.solvable(case, case.name):
-            return run_case(case)
+            yield
     except CaseError as error:
-        return streams.report_invalid([error], "")
+        codes.append(streams.report_invalid([error], ""))
     except MemoryError:
         streams.error(f"{case.name}: not enough memory; `thermoroll show` estimates the memory of a grid")
+        codes.append(ExitCode.INPUT_OUTPUT)
     except OSError as cause:  # of standard output: those of files are met where they are written
         streams.error(f"{case.name}: {cause.strerror or cause}")
+        codes.append(ExitCode.INPUT_OUTPUT)
     except Exception as cause:
         streams.report_bug(cause)
-        return ExitCode.BUG
-    return ExitCode.INPUT_OUTPUT
+        codes.append(ExitCode.BUG)
 
 
-def _run_case(
-    case: Case, *, to: Ending, normalised: bool, resume: bool, threads: int, verbose: bool, reproducible: bool
-) -> int:
+def _solved(case: Case, to: Ending, *, resume: bool, threads: int, verbose: bool) -> Result:
+    """The result of a case, reported as it is solved. What was solved until a user interrupts it is kept."""
     task = case.task
-    kind = kind_of(task)
+    kind, so_far = kind_of(task), list[Callable[[], Result]]()
 
     def known_steps() -> Sequence[Any]:
         return () if (planned := kind.plan(task)) is None else planned.steps
 
     progress = Progress(case.name, quiet=to.quiet, verbose=verbose, steps=known_steps,
                         at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
-    so_far: Callable[[], Result] | None = None
-    steps = to.folder / f"{case.name}_history.jsonl"
-    journal = None
 
     def report(stage: str, info: Mapping[str, Any]) -> None:
-        nonlocal so_far
-        so_far = info.get("so_far", so_far)
+        if "so_far" in info:
+            so_far[:] = [info["so_far"]]
         progress(stage, {name: value for name, value in info.items() if name != "so_far"})
 
+    journal = None
     try:
-        with progress, kind.journal(steps, task, case.to_json(), resume=resume) as journal:
+        with progress, kind.journal(_steps(case, to.folder), task, case.to_json(), resume=resume) as journal:
             if resume and kind.not_resumed:
                 streams.note(f"thermoroll: {case.name}: {kind.not_resumed}")
             result: Result = solve(task, threads=threads, report=report) if journal is None else (
                 kind.solver(threads, None).solve(task, report=report, journal=journal))
-            result = result.with_case(case.text, case.to_json())
+            return result.with_case(case.text, case.to_json())
     except Interrupted:
-        if so_far is not None:
-            kept = _write_history(so_far().with_case(case.text, case.to_json()), to.folder, case.name)
+        if so_far:
+            kept = _write_history(so_far[0]().with_case(case.text, case.to_json()), to.folder, case.name)
             streams.note(f"thermoroll: {case.name}: interrupted; the rows up to here are in {', '.join(map(str, kept))}; "
                          "--resume goes on")
         elif journal is not None:
             streams.note(f"thermoroll: {case.name}: interrupted in its coarse steps; --resume goes on")
         raise
-    target = to.folder / f"{case.name}.h5"
 
-    def write() -> list[Path]:
-        write_result(target, result, options.command_line())
-        files = [target, *_write_history(result, to.folder, case.name)]
-        if result.history is not None:
-            steps.unlink(missing_ok=True)
+
+def _steps(case: Case, folder: Path) -> Path:
+    """Where the steps of a case over time are kept until its result is written."""
+    return folder / f"{case.name}_history.jsonl"
+
+
+@dataclass
+class Solved(Outcome):
+    """The result of a case."""
+
+    case: Case
+    result: Result
+    normalised: bool = False
+    verbose: bool = False
+    reproducible: bool = False
+
+    def __post_init__(self) -> None:
+        self.name = self.stem = self.case.name
+        self.reason, self.warnings = self.result.reason, self.result.warnings
+
+    def write(self, folder: Path) -> list[Path]:
+        target = folder / f"{self.stem}.h5"
+        write_result(target, self.result, options.command_line())
+        files = [target, *_write_history(self.result, folder, self.stem)]
+        if self.result.history is not None:
+            _steps(self.case, folder).unlink(missing_ok=True)
         return files
 
-    def draw() -> Iterator[Path]:
+    def draw(self, to: Ending) -> Iterator[Path]:
         from thermoroll_cli.plots import pictures
 
-        kinds = pictures.kinds_of(result)
+        kinds = pictures.kinds_of(self.result)
         if to.plots == "summary":
             kinds = ("summary",) if "summary" in kinds else kinds[:1]
-        yield from pictures.draw(result, to.folder / case.name, kinds=kinds, formats=options.image_formats(to.formats),
-                                 dpi=to.dpi, normalised=normalised)
-        if (columns := result.history) is not None:
+        yield from pictures.draw(self.result, to.folder / self.stem, kinds=kinds, formats=options.image_formats(to.formats),
+                                 dpi=to.dpi, normalised=self.normalised)
+        if (columns := self.result.history) is not None:
             from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
-            yield from to.drawn(f"{case.name}_history", lambda path: draw_table(columns, path, dpi=to.dpi))
+            yield from to.drawn(f"{self.stem}_history", lambda path: draw_table(columns, path, dpi=to.dpi))
 
-    def section() -> Section:
+    def pictures(self, folder: Path) -> list[str]:
+        # Without files that are called like pictures matplotlib is not imported for their names.
+        if not any(folder.glob(f"{glob.escape(self.stem)}_*.*")):
+            return []
+        from thermoroll_cli.plots.pictures import kinds_of
+
+        kinds = *kinds_of(self.result), *(("history",) if self.result.history is not None else ())
+        return [f"{self.stem}_{kind}" for kind in kinds]
+
+    def section(self, folder: Path) -> Section:
         from thermoroll_cli.cli import report as page
 
         # The file says with what it was computed.
-        stored = replace(result, attributes=read_result(target, with_fields=False).attributes)
-        last = page.of_result(stored, case.name)
-        if result.history is None:
+        attributes = read_result(folder / f"{self.stem}.h5", with_fields=False).attributes
+        last = page.of_result(replace(self.result, attributes=attributes), self.name)
+        if self.result.history is None:
             return last
-        curves = page.of_columns(replace(result.history, attributes=stored.attributes), case.name)
+        curves = page.of_columns(replace(self.result.history, attributes=attributes), self.name)
         return replace(last, what=curves.what, tables=[*last.tables, *curves.tables], method=curves.method,
                        pictures=(*curves.pictures, *last.pictures))
 
-    def drawable() -> list[str]:
-        from thermoroll_cli.plots.pictures import kinds_of
+    def record(self) -> Mapping[str, Any]:
+        record = {"title": self.case.settings.title, **self.result.summary()}
+        return _without_times(record) if self.reproducible else record
 
-        return [f"{case.name}_{kind}" for kind in (*kinds_of(result), *(("history",) if result.history is not None else ()))]
-
-    def lines() -> list[str]:
-        width, row = streams.width(), row_of(result.summary())
-        names = list(ALL_SCALARS) if verbose else listed_scalars(row, result.problem)
-        title = f" ({case.settings.title})" if case.settings.title else ""
+    def lines(self) -> list[str]:
+        result, width, row = self.result, streams.width(), row_of(self.result.summary())
+        names = list(ALL_SCALARS) if self.verbose else listed_scalars(row, result.problem)
+        title = f" ({self.case.settings.title})" if self.case.settings.title else ""
         grid = "×".join(str(side) for side in result.work.get("grid", ()))
-        outcome = "converged" if result.converged else "NOT CONVERGED"
+        status = "converged" if result.converged else "NOT CONVERGED"
         both = result.isothermal is not result.coupled
-        single, sides, patches = assembly_rows(result, names, verbose=verbose) if result.assembly else (names, [], [])
+        single, sides, patches = assembly_rows(result, names, verbose=self.verbose) if result.assembly else (names, [], [])
         # A reason says already why a state on one grid alone has none.
         without = result.converged and not result.assembly and all(map(math.isnan, result.uncertainty.values()))
-        head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
+        head = folded(f"{self.name}{title}: {status}" + (f", grid {grid}" if grid else ""), width, indent="")
         return [
             *(head if result.converged else streams.in_colour(head, streams.RED)),
             *scalar_table(row, single, both=both, width=width), *align(sides), *align(patches),
             *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
                      f"{2 * COARSEST} or more", width) if without else ()),
         ]
-
-    record = {"title": case.settings.title, **result.summary()}
-    return deliver(to, case.name, case.name, write=write, draw=draw, section=section,
-                   record=_without_times(record) if reproducible else record, lines=lines,
-                   reason=result.reason, warnings=result.warnings, drawable=drawable)
 
 
 def _without_times(part: Any) -> Any:

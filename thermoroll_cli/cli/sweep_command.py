@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.deliver import Ending, NoPicture, deliver
+from thermoroll_cli.cli.deliver import Ending, NoPicture, Outcome, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.tables import SHOWN_ROWS, sweep_table, warnings_by_kind
 from thermoroll_cli.exact.kalker import THEORIES
@@ -93,33 +94,59 @@ def sweep(
     first = points.case(1)
     rows, failures = _solved(wanted, first.settings.title, as_json=as_json, quiet=quiet, verbose=verbose)
     to = Ending(output, as_json, options.plots_of(first, plots, no_plots), formats, dpi, report, quiet)
-    table = columns_of(rows, first.settings.title)
+    found = Swept(case_name(case), wanted, rows, failures, first.settings.title, theories, measured, as_json)
+    raise typer.Exit(deliver(found, to))
 
-    def draw() -> list[Path]:
+
+@dataclass
+class Swept(Outcome):
+    """All `rows` of a sweep over the case `name`, with the number of `failures` among them. With `as_json` rows and warnings
+    have been printed."""
+
+    name: str
+    sweep: Sweep
+    rows: Rows
+    failures: int
+    title: str
+    theories: Sequence[str]
+    measured: Measured | None
+    as_json: bool
+
+    def __post_init__(self) -> None:
+        self.stem = "sweep"
+        if self.failures:
+            self.reason = (f"{self.failures} of {len(self.rows)} points: see the column reason of "
+                           f"{self.sweep.folder / TABLE_NAME}")
+        if not self.as_json:
+            self.warnings = list(warnings_by_kind((row.name, row.summary["warnings"]) for row in self.rows))
+        if files := sum(row.file is not None for row in self.rows):
+            self.also = f" and {files} result file{'s' if files != 1 else ''}"
+
+    def write(self, folder: Path) -> list[Path]:
+        return [folder / name for name in ((ARRAYS_NAME, TABLE_NAME) if self.sweep.scalars_only else (TABLE_NAME,))]
+
+    def draw(self, to: Ending) -> list[Path]:
         from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
+        table = columns_of(self.rows, self.title)
         try:
-            return to.drawn("sweep", lambda path: draw_table(table, path, compare=theories, dpi=dpi, measured=measured))
+            return to.drawn(self.stem, lambda path: draw_table(table, path, compare=self.theories, dpi=to.dpi,
+                                                               measured=self.measured))
         except ValueError as cause:
             raise NoPicture(cause) from None
 
-    def section() -> Section:
+    def section(self, folder: Path) -> Section:
         from thermoroll_cli.cli import report as page
 
-        return page.of_columns(read_table(output / (ARRAYS_NAME if scalars_only else TABLE_NAME)), case_name(case))
+        return page.of_columns(read_table(folder / (ARRAYS_NAME if self.sweep.scalars_only else TABLE_NAME)), self.name)
 
-    def lines() -> Iterator[str]:
-        if len(rows) <= SHOWN_ROWS:
-            yield from sweep_table(list(rows), points, streams.width())
-        yield f"{len(rows) - failures} of {len(rows)} points converged"
+    def record(self) -> None:
+        return None
 
-    files = sum(row.file is not None for row in rows)
-    raise typer.Exit(deliver(
-        to, case_name(case), "sweep", draw=draw, section=section, record=None, lines=lines,
-        write=lambda: [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))],
-        warnings=list(warnings_by_kind((row.name, row.summary["warnings"]) for row in rows)) if not as_json else (),
-        reason=f"{failures} of {len(rows)} points: see the column reason of {output / TABLE_NAME}" if failures else "",
-        also=f" and {files} result file{'s' if files != 1 else ''}" if files else ""))
+    def lines(self) -> Iterator[str]:
+        if len(self.rows) <= SHOWN_ROWS:
+            yield from sweep_table(list(self.rows), self.sweep.points, streams.width())
+        yield f"{len(self.rows) - self.failures} of {len(self.rows)} points converged"
 
 
 def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override], *, scalars_only: bool) -> tuple[Axis, ...]:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.deliver import Ending, deliver
+from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import Bar
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.plan import extent_of
 from thermoroll_cli.problem.names import UNCERTAINTY, column_of, unit_of
 from thermoroll_cli.problem.problem import BODIES
@@ -65,28 +67,52 @@ def wear(
 
         done = follow(read, output, resume=resume, jobs=jobs, threads=threads, report=report,
                       command_line=options.command_line())
-    last, steps = done.rows[-1], len(done.rows) - 1
     to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
-    values = [(column_of(name)[1], _text(last, name), name) for name in last if not name.startswith(UNCERTAINTY)]
+    raise typer.Exit(deliver(Worn(read, done, extent_of(problem.contact.numerics)[1]), to))
 
-    def section() -> Section:
+
+@dataclass
+class Worn(Outcome):
+    """The evolution of the profiles of a case, with `warnings`."""
+
+    case: Case
+    done: Evolution
+    warnings: Sequence[str]
+
+    def __post_init__(self) -> None:
+        self.name, self.stem, self.reason = self.case.name, f"{self.case.name}_wear", self.done.reason
+        self.last, self.steps = self.done.rows[-1], len(self.done.rows) - 1
+
+    def write(self, folder: Path) -> Iterable[Path]:
+        return self.done.files
+
+    def draw(self, to: Ending) -> list[Path]:
+        return to.drawn(self.stem, lambda path: _draw(self.done, path, to.dpi))
+
+    def section(self, folder: Path) -> Section:
         from thermoroll_cli.cli import report as page
 
+        steps = f"{self.steps} step{'' if self.steps == 1 else 's'}"
         return page.Section(
-            read.settings.title or read.name,
-            [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} step{'' if steps == 1 else 's'}."], done.reason,
-            tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in values],
+            self.case.settings.title or self.name,
+            [f"Profiles that wear over {self.last['distance_km']:.5g} km, in {steps}."], self.reason,
+            tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in self._values()],
                                ("after the last step", "value", "unit", "name"), values=(1, 2), names=(3,))],
-            pictures=page.picture("wear", lambda path: _draw(done, path)),
-            case=read.text, method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change "
-            "by bounded steps, and after each the contact is solved again.")  # fmt: skip
+            pictures=page.picture("wear", lambda path: _draw(self.done, path)),
+            case=self.case.text, method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles "
+            "change by bounded steps, and after each the contact is solved again.")  # fmt: skip
 
-    raise typer.Exit(deliver(
-        to, read.name, f"{read.name}_wear", write=lambda: done.files, section=section,
-        draw=lambda: to.drawn(f"{read.name}_wear", lambda path: _draw(done, path, dpi)),
-        record={"status": "not_converged" if done.reason else "converged", "reason": done.reason, "steps": steps, **last},
-        lines=lambda: [*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in values), f"  {steps} steps"],
-        reason=done.reason, warnings=extent_of(problem.contact.numerics)[1]))
+    def record(self) -> Mapping[str, Any]:
+        return {"status": "not_converged" if self.reason else "converged", "reason": self.reason, "steps": self.steps,
+                **self.last}
+
+    def lines(self) -> list[str]:
+        return [*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in self._values()),
+                f"  {self.steps} steps"]
+
+    def _values(self) -> list[tuple[str, str, str]]:
+        """Meaning, value with its error, and name of each column after the last step."""
+        return [(column_of(name)[1], _text(self.last, name), name) for name in self.last if not name.startswith(UNCERTAINTY)]
 
 
 def _text(row: Mapping[str, Any], name: str) -> str:
