@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,21 @@ def test_a_case_with_a_file(tmp_path: Path) -> None:
     assert [*map(list, case.problem.lower.relaxation)] == read_series(tmp_path / "dma.csv").content
     # What the file says is part of the case from then on.
     assert Case.parse(case.to_toml()).problem == case.problem
+
+
+def test_a_layer_with_a_file_is_shown(tmp_path: Path) -> None:
+    layer = "[[material.lower.layers]]\nthickness_um = 5e3\nyoungs_modulus_GPa = 2.4\npoisson_ratio = 0.38\n"
+    steel = "youngs_modulus_GPa = 210.0\npoisson_ratio = 0.3\n"
+    named = 'relaxation_file = { file = "dma.csv" }\n'
+    bodies = f"[material.lower]\n{steel}{layer}{named}[material.upper]\n{steel}[geometry]"
+    (tmp_path / "case.toml").write_text(re.sub(r"\[material\][^\[]*\[geometry\]", bodies, CASE))
+    (tmp_path / "dma.csv").write_text(measured())
+    shown = call("show", tmp_path / "case.toml")
+    assert shown.returncode == 0, shown.stderr
+    assert "material.lower.layers.0.relaxation_file" in shown.stdout and "25 frequencies" in shown.stdout
+    case = Case.read(tmp_path / "case.toml")
+    bare = [{"thickness_um": 5e3, "youngs_modulus_GPa": 2.4, "poisson_ratio": 0.38}]
+    assert case.profiles and not case.with_values({"material.lower.layers": bare}).profiles
 
 
 def test_a_file_beside_a_series_or_missing(tmp_path: Path) -> None:

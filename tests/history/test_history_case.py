@@ -26,6 +26,7 @@ from thermoroll_cli.many_contacts.history.history_plan import plan_of
 from thermoroll_cli.many_contacts.history.kept_steps import journal_of
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
 from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.result import Result
 
 BALL: dict[str, Any] = {
@@ -180,12 +181,42 @@ def test_a_record_over_time_is_read_with_its_units(tmp_path: Path) -> None:
     assert course.by_distance and course.values["rolling.speed_m_s"] == pytest.approx((1.0, 2.0))
 
 
+@pytest.mark.parametrize("text", [
+    "time_s,load.normal_N\r0,500\r0.007,400\r", '"time_s", "load.normal [kN]"\n0, 0.5\n0.007, "0.4"\n',
+    "time [µs],load.normal_N\n0,500\n7000,400\n", "time,load.normal\nus,N\n0,500\n7e3,400\n",
+])  # fmt: skip
+def test_a_record_as_old_macs_instruments_and_hands_write_it(tmp_path: Path, text: str) -> None:
+    course = recorded(tmp_path, text).task.course  # type: ignore[union-attr]
+    assert course.places == pytest.approx((0.0, 0.007))
+    assert course.values["load.normal_N"] == pytest.approx((500.0, 400.0))
+
+
+def test_a_long_record_is_shown_without_a_look_at_each_of_its_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made, problem_at = [], History.problem_at
+    monkeypatch.setattr(History, "problem_at", lambda *given, **more: made.append(1) or problem_at(*given, **more))
+    text = "time_s,load.normal_N,creepage.longitudinal\n"
+    text += "".join(f"{row}e-4,{400 + 7 * (row % 9)},{1e-4 * (row % 11):g}\n" for row in range(2000))
+    (tmp_path / "record.csv").write_text(text)
+    (tmp_path / "case.toml").write_text(tomli_w.dumps({**BALL, "history": {"file": "record.csv"}}))
+    shown = call("show", tmp_path / "case.toml")
+    assert shown.returncode == 0, shown.stderr
+    assert 0 < len(made) < 20
+
+
+def test_a_force_that_friction_cannot_carry_is_found_between_the_extremes() -> None:
+    case = ball(history={"values": {"load.normal_N": [100, 60, 100, 50], "force.longitudinal_N": [29, 20, 29, 14]},
+                         "distance_mm": [0, 1, 2, 3]}, load={"friction_coefficient": 0.3})
+    with pytest.raises(Unsolvable, match="at 1 mm: the tangential force of 20 N reaches or exceeds"):
+        plan_of(Case.from_dict(case).task)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("text", "message"), [
     ("time_s,load.normal_N\n0,1\n1,x\n", 'record.csv, line 3: load.normal_N is "x", not a number'),
     ("time_s,load.normal_N\n0,1\n1,2\n0.5,2\n", "record.csv, line 4: time_s falls from 1 to 0.5"),
     ("time_s,load.normal_kg\n0,1\n1,2\n", "the column load.normal_kg is no key"),
     ("time_s,load.normal [lbf]\n0,1\n1,2\n", "the column load.normal cannot be in lbf"),
     ("time_s,load.normal\n0,1\n1,2\n", "load.normal has no unit"),
+    (f"time_s,load.normal_N\n0,{'1' * 200000}\n1,2\n", "record.csv, line 2: a record over time cannot have this"),
     ("load.normal_N\n1\n2\n", "neither distance_mm nor time_s"),
     ("time_s,load.normal_N,load.normal [N]\n0,1,1\n1,2,2\n", "stands there twice"),
 ])  # fmt: skip

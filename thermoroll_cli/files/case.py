@@ -155,7 +155,8 @@ class Case:
         source = CaseSource(self.name, self.text, content, tuple(overrides), located=False)
         settings, read = validate(source)
         kept = {key: reading for key, reading in self.readings.items()
-                if not {f"{key}.points_mm", key.removesuffix("_file")} & {*values}}
+                if not {f"{key}.points_mm", key.removesuffix("_file")} & {*values}
+                and not any(key.startswith(f"{changed}.") for changed in values)}
         return replace(self, settings=settings, readings={**kept, **read})
 
     @property
@@ -186,9 +187,11 @@ class Case:
         """How each profile file was read, by the key of its table: file, format, unit, points, ranges, signs, flange."""
         records = {}
         for key, reading in self.readings.items():
-            table, wheel = attrgetter(key)(self.settings), key.startswith("wheelset.")
-            records[key] = (reading.record(mirror=table.mirror, flip=table.flip, wheel=wheel) if isinstance(reading, Reading)
-                            else reading.record())
+            if isinstance(reading, Reading):
+                table = attrgetter(key)(self.settings)
+                records[key] = reading.record(mirror=table.mirror, flip=table.flip, wheel=key.startswith("wheelset."))
+            else:
+                records[key] = reading.record()
         return records
 
     def to_toml(self) -> str:

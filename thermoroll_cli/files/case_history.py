@@ -25,6 +25,7 @@ from thermoroll_cli.many_contacts.history.course import (
     Course,
     History,
     WheelsetHistory,
+    extreme_rows,
 )
 from thermoroll_cli.many_contacts.history.history_plan import FIRST
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
@@ -172,8 +173,7 @@ def extremes(history: HistoryTable) -> dict[int, dict[str, float]]:
     """The values of the keys of a case, by key, at the places (numbers from 0) where one of them is least or largest: what is
     right there is so at all places, for a key allows a range."""
     given = {key: values for key, values in history.values.items() if key not in SHIFTS}
-    numbers = {values.index(most(values)) for values in given.values() for most in (min, max)}
-    return {number: {key: values[number] for key, values in given.items()} for number in sorted(numbers)}
+    return {number: {key: values[number] for key, values in given.items()} for number in extreme_rows(given)}
 
 
 def wheelset_over_time(table: HistoryTable, problem: WheelsetProblem) -> WheelsetHistory:

@@ -36,8 +36,11 @@ def read_columns(
         raise ReadError(f"{path}: {cause}") from None
     head = text.partition("\n")[0]
     delimiter = next((mark for mark in ";\t," if mark in head), ";")
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
-    lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if line]
+    reader = csv.reader(io.StringIO(text), delimiter=delimiter, skipinitialspace=True)
+    try:
+        lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if line]
+    except csv.Error as cause:
+        raise ValueError(f"{path}, line {reader.line_num}: {kind} cannot have this: {cause}") from None
     while lines and not any(lines[-1][1]):
         lines.pop()  # a spreadsheet fills up rows, and columns
     keys, rows = _filled(lines[0][1]) if lines else [], lines[1:]
@@ -61,16 +64,18 @@ def read_columns(
 
 
 def text_of(raw: bytes, name: str) -> str:
-    """The text of a file called `name` as Excel saves it: UTF-8 or UTF-16 with a mark in front, or Windows' own encoding.
-    Raises TableError for a workbook."""
+    """The text of a file called `name` as Excel saves it: UTF-8 or UTF-16 with a mark in front, or Windows' own encoding. Its
+    lines end as they do here, not as on Windows or on old Macs. Raises TableError for a workbook."""
     if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         raise TableError(f"{name} is a workbook, not text", "save its sheet as CSV")
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16", "replace")
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("cp1252", "replace")
+        text = raw.decode("utf-16", "replace")
+    else:
+        try:
+            text = raw.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = raw.decode("cp1252", "replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _filled(cells: list[str], least: int = 0) -> list[str]:

@@ -30,8 +30,9 @@ UNITS = SI | {
     "%": ("", 1e-2), "‰": ("", 1e-3), "kN": ("N", 1e3), "MN": ("N", 1e6), "kPa": ("Pa", 1e3),
     "N/mm²": ("Pa", 1e6), "kN/mm²": ("Pa", 1e9), "nm": ("m", 1e-9), "cm": ("m", 1e-2), "km/h": ("m/s", 1 / 3.6),
     "kmh": ("m/s", 1 / 3.6), "µm/s": ("m/s", 1e-6), "mW": ("W", 1e-3), "kW": ("W", 1e3), "deg": ("rad", math.pi / 180.0),
-    "°": ("rad", math.pi / 180.0), "1/mm": ("rad/m", 1e3), "1/m": ("rad/m", 1.0), "ms": ("s", 1e-3), "min": ("s", 60.0),
-    "h": ("s", 3600.0), "cm²/s": ("m²/s", 1e-4), "mm²": ("m²", 1e-6), "µm²": ("m²", 1e-12), "cm²": ("m²", 1e-4),
+    "°": ("rad", math.pi / 180.0), "1/mm": ("rad/m", 1e3), "1/m": ("rad/m", 1.0), "ms": ("s", 1e-3), "µs": ("s", 1e-6),
+    "min": ("s", 60.0), "h": ("s", 3600.0), "cm²/s": ("m²/s", 1e-4), "mm²": ("m²", 1e-6), "µm²": ("m²", 1e-12),
+    "cm²": ("m²", 1e-4),
     "N mm": ("N m", 1e-3), "ppm/K": ("1/K", 1e-6), "N/mm": ("N/m", 1e3), "kN/mm": ("N/m", 1e6), "N/µm": ("N/m", 1e6),
     "W/mm²": ("W/m²", 1e6), "mm³": ("m³", 1e-9), "rpm": ("rad/s", math.pi / 30.0),
 }
@@ -68,7 +69,7 @@ def factor_of(written: str, own: str) -> float | None:
 
 def _plain(unit: str) -> str:
     """A unit in the letters of `UNITS`."""
-    plain = re.sub(r"(?<![a-z])u(?=m)", "µ", unit.strip().replace("μ", "µ").replace("·", " "))
+    plain = re.sub(r"(?<![a-z])u(?=[ms])", "µ", unit.strip().replace("μ", "µ").replace("·", " "))
     plain = re.sub(r"(?<=m)\^?([23])", lambda power: {"2": "²", "3": "³"}[power[1]], plain)
     return {"-": "", "–": "", "1": "", "percent": "%"}.get(plain, plain)
 

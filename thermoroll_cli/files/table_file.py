@@ -112,7 +112,7 @@ def read_table(path: pathlib.Path, *, with_fields: bool = False) -> Columns:
         return _read_csv(path) if path.suffix.lower() == ".csv" else _read_hdf5(path, with_fields=with_fields)
     except ResultFileError:
         raise
-    except (OSError, ValueError, KeyError, IndexError, StopIteration) as cause:
+    except (OSError, ValueError, KeyError, IndexError, StopIteration, csv.Error) as cause:
         reason = cause.strerror if isinstance(cause, OSError) and cause.strerror else "not the table of a sweep or of a history"
         raise ResultFileError(f"{path}: {reason}") from cause
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Literal
@@ -49,6 +49,11 @@ VARIED: dict[str, tuple[float, Callable[[Problem, float], Problem]]] = {
 }
 """Keys that may change, each with the SI value of its unit and what it changes. Shifts change no problem: the step that they
 happen in does (`steps`)."""
+
+
+def extreme_rows(columns: Mapping[str, Sequence[float] | Array]) -> list[int]:
+    """The rows (from 0) in which one of the `columns` is least or largest, the first of several, in order."""
+    return sorted({int(most(column)) for column in columns.values() if len(column) for most in (np.argmin, np.argmax)})
 
 
 @dataclass(frozen=True)
@@ -194,22 +199,35 @@ class History(OverTime):
         return along, across
 
     @cached_property
+    def extremes(self) -> list[tuple[float, Problem]]:
+        """The places of the course, each with its problem, at which one of the values, or the force over what friction carries,
+        is least or largest, and the first: no problem of another place has more of anything."""
+        found, course = [], self.course
+        for after, places in ((False, np.unique(course.places)), (True, np.array(course.jumps))):
+            columns = {key: course.at(key, places, after=after) for key in course.values}
+            force, load, friction = ([columns[key] for key in columns if key.startswith(start)] or [np.ones(len(places))]
+                                     for start in ("force.", "load.normal_", "load.friction_"))
+            columns["force over friction"] = force[0] / np.maximum(load[0] * friction[0], 1e-300)
+            found += [(place, self.problem_at(place, after=after))
+                      for place in places[sorted({*range(len(places[:1])), *extreme_rows(columns)})].tolist()]
+        return found
+
+    @cached_property
     def largest(self) -> Problem:
         """The problem of the largest load or approach: its contact holds those of all others."""
-        problems = [self.problem_at(place, after=after) for place in self.course.places for after in (False, True)]
+        problems = [problem for _, problem in self.extremes]
         return max(problems, key=lambda problem: (problem.approach or 0.0, problem.normal_force))
 
     @cached_property
     def most(self) -> Problem:
         """A problem that moves wherever the history does, for its symmetry."""
-        motions = [self.problem_at(place, after=after).motion for place in self.course.places for after in (False, True)]
+        motions = [problem.motion for _, problem in self.extremes]
 
         def largest(name: str) -> Any:
             values = [getattr(motion, name) for motion in motions]
             return max(values, key=lambda value: math.inf if value is None else abs(value))
 
-        across = any(self.shift_at(place)[1] for place in self.course.places)
-        along = any(self.shift_at(place)[0] for place in self.course.places)
+        along, across = (any(self.course.values.get(key, ())) for key in SHIFTS)
         motion = replace(motions[0], creepage_x=None if along else largest("creepage_x"), spin=largest("spin"),
                          creepage_y=None if across else largest("creepage_y"))
         return replace(self.largest, motion=motion)

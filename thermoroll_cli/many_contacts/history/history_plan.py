@@ -71,17 +71,16 @@ def grids_of(history: OverTime) -> Iterator[Runs]:
 
 
 def check(history: History) -> None:
-    """Raises Unsolvable for the first reason against the problem at any place of the course."""
+    """Raises Unsolvable for the first reason against the problem at a place of the course with most of anything."""
     half, length = DerivedQuantities(history.largest).scales.semi_axis_x, history.problem.length
     if length < SHORTEST * half:
         raise Unsolvable(f"a length of {1e3 * length:g} mm is short beside a contact that is {2e3 * half:.3g} mm wide",
                          "history.length_mm", f"{1e3 * SHORTEST * half:.3g} mm or more, or a profile and load.normal_N")
-    for place in history.course.places:
-        for after in (False, True):
-            for reason in reasons_against(DerivedQuantities(history.problem_at(place, after=after))):
-                key = "history.values" if reason.key in history.course.values else reason.key
-                where = f"at {1e3 * place:g} mm" if history.course.by_distance else f"at {place:g} s"
-                raise Unsolvable(f"{where}: {reason}", key, reason.allowed)
+    for place, problem in history.extremes:
+        for reason in reasons_against(DerivedQuantities(problem)):
+            key = "history.values" if reason.key in history.course.values else reason.key
+            where = f"at {1e3 * place:g} mm" if history.course.by_distance else f"at {place:g} s"
+            raise Unsolvable(f"{where}: {reason}", key, reason.allowed)
 
 
 def warnings_of(history: OverTime) -> list[str]:
