@@ -303,6 +303,32 @@ def test_torques_from_heat_and_from_forces_agree_where_creepages_are_large() -> 
     assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=5e-4)
 
 
+def test_the_moment_of_the_pressure_is_in_the_balance_of_ceramic_balls() -> None:
+    """Balls on steel rings, fast: heat and forces agree where the pressure, which is not symmetric, acts on the balls."""
+    content = case(bearing__ball_diameter_mm=9.525, bearing__pitch_diameter_mm=46.0, bearing__balls=12,
+                   bearing__contact_angle_deg=15.0, bearing__conformity_inner=0.52, bearing__conformity_outer=0.52,
+                   bearing__inner_rpm=2e4, bearing__load__axial_N=300.0, load__friction_coefficient=0.05)
+    content["material"] = {"lower": content["material"], "upper": {
+        "youngs_modulus_GPa": 315.0, "poisson_ratio": 0.26, "density_kg_m3": 3200.0}}
+    result = solve(content)
+    assert result.converged, result.reason
+    assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=1e-3)
+    assert result["torque_Nmm"] == pytest.approx(5.573, rel=6e-3)  # of 32 elements
+    assert contact(result, "ball_1_inner")["rolling_resistance_moment_Nmm"] != 0.0
+
+
+def test_expansion_under_pressure_drives_the_rings() -> None:
+    """Hot contacts press behind their middle: rings take less than the heat of friction, by the work of the expansion."""
+    content = case(**FEW | {"bearing__inner_rpm": 1e4, "load__friction_coefficient": 0.07, "numerics__grid": 12})
+    content["material"] |= {"conductivity_W_mK": 46.0, "expansion_um_mK": 11.7, "diffusivity_mm2_s": 12.5}
+    result = solve(content)
+    assert result.converged, result.reason
+    power = 1e-3 * result["torque_from_forces_Nmm"] * 1e4 * RPM
+    assert result["Q_F_W"] - power == pytest.approx(result["expansion_power_W"], rel=0.05)
+    assert result["expansion_power_W"] > 2e-3 * result["Q_F_W"]
+    assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=3e-4)
+
+
 def test_accuracy_is_that_of_the_whole() -> None:
     content = case(**FEW | {"numerics__grid": None}, bearing__patches="plane", numerics__accuracy=0.1,
                    numerics__accuracy_of=["torque_Nmm"])

@@ -70,6 +70,22 @@ def turned(problem: Problem) -> Problem:
     return replace(problem, lower=problem.upper, upper=problem.lower, geometry=geometry, motion=motion)
 
 
+# --- the moment of the pressure -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("creepage", "heat", "fed"), [(0.0, 0.8275, 0.0), (0.002, 8.2697, 9.9874)])
+def test_the_moment_of_the_pressure_takes_its_part_of_the_power(creepage: float, heat: float, fed: float) -> None:
+    """A ceramic ball of 10 mm on steel, 100 N, 1 m/s: mW of heat and of the creep force on 128 x 128 elements. What the force
+    does not feed, or does not find again in heat, is the moment of the pressure times V/R."""
+    ball = Problem(Material(206e9, 0.3), Material(315e9, 0.26), Geometry(math.inf, math.inf, 0.01, 0.01), 100.0,
+                   Friction(0.05), Motion(1.0, creepage, 0.0, 0.0, differential_slip=False), MECHANICAL)
+    found = solve(on_grid(ball, 32))
+    assert 1e3 * found["Q_F_W"] == pytest.approx(heat, rel=5e-3)
+    assert 1e3 * found["force_x_N"] * creepage == pytest.approx(fed, rel=1e-3)
+    assert found["rolling_resistance_moment_Nmm"] / 10.0 == pytest.approx(1e-3 * (heat - fed), rel=1e-2)
+    assert "rolling_resistance_N" not in found.scalars  # nothing is lost inside
+
+
 # --- kernels -----------------------------------------------------------------------------------------------------
 
 

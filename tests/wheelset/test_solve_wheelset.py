@@ -80,6 +80,20 @@ def force(result: Result) -> np.ndarray:
     return np.array([result.scalars[f"track_force_{axis}_N"] for axis in "xyz"])
 
 
+def test_the_moment_of_the_pressure_brakes_a_wheel_of_another_material():
+    """A softer wheel that pulls on a steel rail: the moment of its pressure is a quarter of the heat of friction."""
+    unlike = TEXT.replace(
+        "[material]\nyoungs_modulus_GPa = 209.92\npoisson_ratio = 0.28",
+        "[material.lower]\nyoungs_modulus_GPa = 209.92\npoisson_ratio = 0.28\n"
+        "[material.upper]\nyoungs_modulus_GPa = 70.0\npoisson_ratio = 0.33")
+    unlike = unlike.replace("lateral_shift_mm = 4.0\nyaw_mrad = 9.6", "lateral_shift_mm = 0.0\ntraction_N = 800.0")
+    result = solve(Case.from_dict(tomllib.loads(unlike)))
+    assert result.converged, result.reason
+    brakes = 1e-3 * result["rolling_resistance_moment_Nmm"] * 2.0 / 0.46
+    assert abs(brakes) > 0.2 * result["Q_F_W"]
+    assert result["power_balance_error"] < 0.05
+
+
 @pytest.mark.parametrize(("name", "tolerance"), [
     SLOW("A2.2 left y=4.0", 1e-3), ("A2.2 right y=8.0", 1.5e-3), SLOW("worn heavy haul right y=14.74", 1.5e-3),
     ("B gauge 1450 cant 1:40 right y=12", 1.5e-3), ("A2.2 right y=5.0 apart", 1e-3),

@@ -189,6 +189,12 @@ def _falling(problem: Problem) -> bool:
     return problem.friction.law is not None
 
 
+def _leads_or_lags(problem: Problem) -> bool:
+    """Whether the pressure is unsymmetric along rolling for more than heat."""
+    lower, upper = problem.lower.surface, problem.upper.surface
+    return problem.relaxes or (lower.shear_modulus, lower.poisson_ratio) != (upper.shear_modulus, upper.poisson_ratio)
+
+
 FIELDS = _named(
     Field("pressure", "Pa", "contact pressure"),
     Field("shear_x", "Pa", "shear traction along x", "shear"),
@@ -294,7 +300,9 @@ SCALARS = _named(
     Scalar("rolling_resistance_N", "rolling resistance, that power over the rolling speed", listed=True, kind="integral",
            brief="rolling resistance", diagram="rolling resistance (N)"),
     Scalar("rolling_resistance_moment_Nmm", "moment of the pressure about the middle of the undeformed contact",
-           listed=True, kind="integral", brief="moment of the pressure"),
+           listed=_leads_or_lags, kind="integral", brief="moment of the pressure"),
+    Scalar("expansion_power_W", "power that thermal expansion under pressure gives to the rolling", kind="integral",
+           brief="power of the expansion"),
     Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch", given=True,
            brief="power balance error"),
 )  # fmt: skip
@@ -628,12 +636,18 @@ def of_kind(*kinds: Kind) -> tuple[str, ...]:
     return tuple(name for name, scalar in SCALARS.items() if scalar.kind in kinds)
 
 
+OF_PRESSURE = "rolling_resistance_moment_Nmm", "expansion_power_W"
+"""What the pressure does as it is not symmetric along rolling. It may be next to nothing, so no group asks for its accuracy."""
+
+
 def _group(scalar: Scalar) -> str:
     """The group of scalars that `numerics.accuracy_of` names, to which one belongs; "" if to none."""
     if scalar.name.startswith("wear_"):
         return "wear"
     if scalar.scale == "temperature":
         return "temperatures"
+    if scalar.name in OF_PRESSURE:
+        return ""
     if scalar.kind in ("integral", "exchanged heat") or scalar.name.startswith("torque_"):
         return "heat"
     if scalar.name.endswith("_MPa"):

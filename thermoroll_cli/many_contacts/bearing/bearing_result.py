@@ -254,8 +254,12 @@ def _of_the_whole(solved: SolvedBearing) -> dict[str, float]:
         count = sum(len(ball.members) for ball in carried)
         numbers["cage_speed_rad_s"] = sum(ball.motion[0] * len(ball.members) for ball in carried) / count
         numbers |= {name: sum(len(ball.members) * ball.integrals[ring][name] for ball in carried for ring in RINGS)
-                    for name in ("Q_F_W", "T_gamma_N")}
-        numbers["torque_Nmm"] = 1e3 * numbers["Q_F_W"] / abs(problem.speeds[0] - problem.speeds[1])
+                    for name in ("Q_F_W", "T_gamma_N", "expansion_power_W")}
+        # The rings are driven by what friction takes, less what surfaces give back as they expand under pressure.
+        numbers["torque_Nmm"] = 1e3 * (numbers["Q_F_W"] - numbers["expansion_power_W"]) / abs(
+            problem.speeds[0] - problem.speeds[1])
+        if not problem.contact.heating.deformation:
+            del numbers["expansion_power_W"]
     return {name: float(value) for name, value in numbers.items()}
 
 

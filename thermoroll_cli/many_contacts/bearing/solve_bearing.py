@@ -62,8 +62,9 @@ NEARLY = 0.01
 """Rest of a ball above which it begins again elsewhere: rounds bring it to an end from less."""
 ROUGH_GRID = 40
 """Elements per side of the contacts at most until all is nearly in balance."""
-INTEGRALS = ("force_x_N", "force_y_N", "spin_moment_Nmm", "Q_F_W", "T_gamma_N")
-"""Scalars of a contact that follow its creepages by the slopes of its wrench."""
+WRENCH = ("force_x_N", "force_y_N", "spin_moment_Nmm", "rolling_resistance_moment_Nmm")
+INTEGRALS = (*WRENCH, "Q_F_W", "T_gamma_N", "expansion_power_W")
+"""Scalars of a contact that act on its ball; those that follow its creepages by the slopes of the wrench."""
 LIGHT = 1e-4
 """Load of a ball over the largest of all below which it counts as free: it rolls as others carry it along."""
 ALIKE = 1e-9
@@ -159,7 +160,7 @@ class BearingSearch:
             # From nothing, so that it is the result of the same contact alone.
             ball.solvers = {}
             self._solve(ball, self.whole)
-            ball.integrals = {ring: {name: solved.result[name] for name in INTEGRALS}
+            ball.integrals = {ring: integrals_of(solved.result.scalars)
                               for ring, solved in ball.contacts.items() if self.problem.rolls}
         solved = SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
                                self.solves)
@@ -355,11 +356,12 @@ class BearingSearch:
             for ring in RINGS:
                 if level is None:
                     continue
-                scalars = ball.solvers[ring].last[1][level].reported.scalars
-                apart[-1][ring] = {name: scalars[name] - ball.integrals[ring][name] for name in INTEGRALS}
-                along, across, spin = (apart[-1][ring][name] for name in INTEGRALS[:3])
+                on_grid = integrals_of(ball.solvers[ring].last[1][level].reported.scalars)
+                apart[-1][ring] = {name: on_grid[name] - ball.integrals[ring][name] for name in INTEGRALS}
+                along, across, spin, brakes = (apart[-1][ring][name] for name in WRENCH)
                 # Moments in N mm over half of the diameter in mm; D/2 away from where the forces act.
-                wrench = np.array([0.0, along, across, 2e-3 * spin / self.problem.ball_diameter, -across, along])
+                spin, brakes = (2e-3 * moment / self.problem.ball_diameter for moment in (spin, brakes))
+                wrench = np.array([0.0, along, across, spin, -across, along - brakes])
                 missing[-1] = missing[-1] + self.conditions(ball, ring, wrench / self._friction(ball, ring))
         common = None if self.common is None else self._of_pockets(loaded, missing)[1]
         balls = {ball.members: replace(ball, integrals={}) for ball in self.balls}
@@ -377,12 +379,13 @@ class BearingSearch:
                 # Forces and moment follow the creepages by the slopes of the wrench, heat is their power.
                 here, integrals = ball.contacts[ring].creepages, ball.integrals[ring]
                 moved = self.problem.creepages(ring, float(new.angles[k]), new.motion) - here
-                units = np.array([1.0, 1.0, 0.5 * self.problem.ball_diameter])
-                follow = units * self._friction(ball, ring) * (ball.slopes[ring] @ (moved / self.saturation(ball, ring)))[1:4]
+                wrench = self._friction(ball, ring) * (ball.slopes[ring] @ (moved / self.saturation(ball, ring)))
+                half = 0.5 * self.problem.ball_diameter
+                follow, brakes = wrench[1:4] * [1.0, 1.0, half], half * float(wrench[1] - wrench[5])
                 forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
-                power = float((forces + follow) @ moved + follow @ here)
-                speed = self.problem.slip(ring, float(ball.angles[k]), ball.motion)[0]
-                changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), speed * power, power)
+                speed, _, rolling = self.problem.slip(ring, float(ball.angles[k]), ball.motion)
+                power = float((forces + follow) @ moved + follow @ here) + brakes * abs(rolling) / speed
+                changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), 1e3 * brakes, speed * power, power, 0.0)
                 ratio = float(new.loads[k] / ball.loads[k])
                 new.integrals[ring] = {name: ratio * (integrals[name] + off[ring][name] + change)
                                        for name, change in zip(INTEGRALS, changes, strict=True)}
@@ -595,8 +598,14 @@ class BearingSearch:
         return abs(force) / limit, (towards - force) / slope
 
 
+def integrals_of(scalars: Mapping[str, float]) -> dict[str, float]:
+    """The `INTEGRALS` of a contact; those that it does not have are 0."""
+    return {name: 0.0 if math.isnan(scalars.get(name, math.nan)) else scalars[name] for name in INTEGRALS}
+
+
 def tractions_on_ball(problem: BearingProblem, ring: RingName, angle: float, result: Result) -> tuple[Array, Array]:
-    """Force (N) and moment about the ball's centre (N m) by the tractions of a ring, along e_a, e_r and e_t.
+    """Force (N) and moment about the ball's centre (N m) by the tractions of a ring, along e_a, e_r and e_t, and the moment of
+    its pressure, which is not symmetric along rolling between unlike or hot bodies.
 
     Tractions act at (x, Y, D/2 − h) in the axes of the contact from the ball's centre, h being the height of the common surface
     over the plane of the contact, and are inclined by its angle β(y) across."""
@@ -610,12 +619,13 @@ def tractions_on_ball(problem: BearingProblem, ring: RingName, angle: float, res
     height, lateral, half = (1.0 - cosine) / bent, sine / bent, 0.5 * diameter
     area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
     shear_x, shear_y = (area * np.asarray(state.fields[name]) for name in ("shear_x", "shear_y"))
-    scalars = state.scalars
+    scalars = integrals_of(state.scalars)
     force_x, force_y = scalars["force_x_N"], scalars["force_y_N"] + float((shear_y * (cosine - 1.0)).sum())
     # Extrapolated forces, which are more accurate than sums of the fields, times their arm; the rest is small.
     moment = (
         -half * scalars["force_y_N"] + float((shear_y * (half - lateral * sine - (half - height) * cosine)).sum()),
-        half * force_x + float((state.x[:, None] * sine * shear_y - height * shear_x).sum()),
+        half * force_x - 1e-3 * scalars["rolling_resistance_moment_Nmm"]
+        + float((state.x[:, None] * sine * shear_y - height * shear_x).sum()),
         1e-3 * scalars["spin_moment_Nmm"],
     )
     return force_x * along + force_y * across, moment[0] * along + moment[1] * across + moment[2] * normal

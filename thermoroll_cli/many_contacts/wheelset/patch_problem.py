@@ -108,8 +108,8 @@ def friction_of(contact: Problem, bearing: Bearing) -> Friction:
 class SolvedPatch:
     """A patch of a `side` where the wheelset stands, with its problem's `result`, and what it does, in track axes seen from its
     side (m, N): its centre of pressure, the inclination there (rad), the `force` on the rail, and the `torque` (N m) about the
-    axle and the `power` (W) of its tractions on the wheelset, which turns and moves; c_x, c_s, c_φ at the centre of pressure,
-    or at the reference place of a plane."""
+    axle and the `power` (W) of tractions and pressure on the wheelset, which turns and moves; c_x, c_s, c_φ at the centre of
+    pressure, or at the reference place of a plane."""
 
     side: SideName
     bearing: Bearing
@@ -188,7 +188,9 @@ def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, res
     points = np.broadcast_to(patch.wheel_points(s), on_wheel.shape).copy()
     points[..., 0] -= state.x[:, None]
     arms = points - patch.position.origin(patch.facing.wheel.radius)
-    moment = np.cross(arms, on_wheel).sum(axis=(0, 1))
+    # Pressure that leads, of unlike bodies, or lags, of hot ones, brakes the wheel or drives it.
+    braked = 1e-3 * np.nan_to_num(scalars.get("rolling_resistance_moment_Nmm", 0.0))
+    moment = np.cross(arms, on_wheel).sum(axis=(0, 1)) + braked * directions(angle)[1]
     axle = patch.position.rotation[:, 1]
     local = (creepages(slip, patch.wheel_points(at)[0] - np.array([x_centre, 0.0, 0.0]), angle) if patch.curved
              else creepages(slip, np.array(slip.place), patch.angle))

@@ -222,7 +222,7 @@ def _scalars(
     scalars |= {name: value for name, (value, _) in found.items()}
     rises = [name for name in (f"temperature_rise_max_{body}_K" for body in BODIES) if name in found]
     scalars["temperature_rise_max_K"] = max((scalars[name] for name in rises), default=math.nan)
-    heat, power = scalars["Q_F_W"], sum(patch.power for patch in solved.patches)
+    heat, power = scalars["Q_F_W"], sum(patch.power for patch in solved.patches) - scalars.get("expansion_power_W", 0.0)
     # Over time a part of the power is stored.
     over_time = any("work_J" in patch.result.coupled.scalars for patch in solved.patches)
     scalars["power_balance_error"] = math.nan if over_time else abs(heat + power) / heat if heat > 0.0 else 0.0

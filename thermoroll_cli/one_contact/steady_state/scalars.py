@@ -107,11 +107,33 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
         "stick_area_mm2": stick_area * 1e6,
         "power_balance_error": power_balance_error(tangential, grid.element_area),
     }
+    if problem.relaxes or derived.kinematics.feeds_back or contact.expansion is not None:
+        scalars["rolling_resistance_moment_Nmm"] = _pressure_moment(discretisation, contact) * 1e3
+    if contact.expansion is not None and derived.past is None:
+        work = float((normal.pressure * np.gradient(contact.expansion, grid.dx, axis=0)).sum()) * grid.element_area
+        scalars["expansion_power_W"] = work * problem.motion.speed
     if problem.relaxes:
         scalars |= _resistance(discretisation, contact)
     # What vanishes by symmetry is zero, and not what the solver's tolerance leaves.
     vanishing = derived.kinematics.vanishing
     return scalars | {name: 0.0 for name in scalars if vanishing and SCALARS[name].vanishes == vanishing}
+
+
+def _opening(discretisation: Discretisation) -> Array:
+    """∂g/∂x, how the gap of the undeformed surfaces opens along rolling, (nx, ny); 0 where a body has no material."""
+    grid = discretisation.grid
+    gap = discretisation.derived.problem.geometry.gap(grid.rows_with(1), grid.y)
+    gap = np.where(np.isfinite(gap), gap, 0.0)
+    return np.asarray((gap[2:] - gap[:-2]) / (2.0 * grid.dx))
+
+
+def _pressure_moment(discretisation: Discretisation, contact: Contact) -> float:
+    """Moment (N m) about the middle of the undeformed contact with which the pressure brakes the rolling, −R'_x ∬ p ∂g/∂x, of
+    an elliptic gap −∬ x p; the power that it takes is the moment times V/R'_x. The gap is symmetric along rolling on each line,
+    so the pressure of elastic bodies alike without heat has none."""
+    problem = discretisation.derived.problem
+    pressure = contact.normal.start if problem.relaxes else contact.normal.pressure  # see `_resistance`
+    return -float((pressure * _opening(discretisation)).sum()) * discretisation.grid.element_area / problem.geometry.curvature_x
 
 
 def _resistance(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
@@ -123,8 +145,7 @@ def _resistance(discretisation: Discretisation, contact: Contact) -> dict[str, f
     grid, solvers, problem = discretisation.grid, discretisation.pressure, discretisation.derived.problem
     pressure, tangential = contact.normal.start, contact.tangential
     inside = solvers.solver.hysteresis(pressure)
-    closing = -problem.geometry.gap(grid.rows_with(1), grid.y)
-    slope = (closing[2:] - closing[:-2]) / (2.0 * grid.dx)
+    slope = -_opening(discretisation)
     if contact.normal.offset is not None:
         slope += np.gradient(contact.normal.offset, grid.dx, axis=0)
     unbalanced = float((pressure * slope).sum()) * grid.element_area - inside
@@ -135,7 +156,6 @@ def _resistance(discretisation: Discretisation, contact: Contact) -> dict[str, f
     return {
         "hysteresis_W": inside * problem.motion.speed,
         "rolling_resistance_N": inside,
-        "rolling_resistance_moment_Nmm": -float((pressure * grid.x[:, None]).sum()) * grid.element_area * 1e3,
         "power_balance_error": abs(tangential.work - slipped + unbalanced) / (tangential.work + inside),
     }
 
