@@ -81,34 +81,6 @@ def test_own_coefficient_of_a_square_is_the_known_number():
     assert (i_xx + i_yy)[0, 0] == pytest.approx(4 * 2.5 * math.asinh(1.0), rel=1e-14)
 
 
-def test_exchanging_the_axes_exchanges_the_coefficients():
-    i_xx, i_yy, i_xy = rectangle_integrals(7, 5, 1.0, 0.4)
-    other_xx, other_yy, other_xy = rectangle_integrals(5, 7, 0.4, 1.0)
-    np.testing.assert_allclose(i_xx, other_yy.T, rtol=1e-13)
-    np.testing.assert_allclose(i_yy, other_xx.T, rtol=1e-13)
-    np.testing.assert_allclose(i_xy, other_xy.T, rtol=1e-12)
-
-
-def test_cross_coefficient_vanishes_on_the_axes_and_is_positive_between():
-    _, _, i_xy = rectangle_integrals(6, 6, 1.0, 0.7)
-    assert not i_xy[0].any() and not i_xy[:, 0].any()
-    assert (i_xy[1:, 1:] > 0.0).all()
-
-
-@pytest.mark.parametrize(("dx", "dy"), SIZES)
-def test_coefficients_of_nine_elements_add_up_to_the_one_they_form(dx, dy):
-    """An exact identity, the own coefficient included: parities of the tables are used for negative offsets."""
-    coarse = rectangle_integrals(4, 4, 3 * dx, 3 * dy)
-    fine = rectangle_integrals(14, 14, dx, dy)
-    signs = (lambda i, j: 1.0, lambda i, j: 1.0, lambda i, j: np.sign(i) * np.sign(j))
-    for whole, part, sign in zip(coarse, fine, signs, strict=True):
-        for i in range(4):
-            for j in range(4):
-                near = [(3 * i + a, 3 * j + b) for a in (-1, 0, 1) for b in (-1, 0, 1)]
-                total = sum(sign(a, b) * part[abs(a), abs(b)] for a, b in near)
-                assert total == pytest.approx(whole[i, j], rel=1e-11, abs=1e-13)
-
-
 def test_far_elements_act_like_point_loads_without_cancellation():
     """At 250 element widths the corner differences must still leave more digits than the point load is accurate to."""
     i_xx, i_yy, i_xy = rectangle_integrals(256, 256, 1.0, 1.0)

@@ -67,39 +67,3 @@ def test_tables_agree_with_direct_quadrature(row: dict) -> None:
              "ux_p": x_normal + difference.x_normal}
     for name, table in found.items():
         assert table[i, j] == pytest.approx(row[name], abs=TABLES["tolerance_of_peak"] * normal[0, 0]), name
-
-
-def test_a_layer_of_the_substrates_material_changes_nothing() -> None:
-    found = difference_tables([Layer(1e-3, *STEEL), Layer(2e-3, *STEEL)], STEEL, (8, 6), 1e-4, 2e-4)
-    peak = normal_table(8, 6, 1e-4, 2e-4, STEEL[0] / (1.0 - STEEL[1] ** 2))[0, 0]
-    assert max(np.abs(table).max() for table in vars(found).values()) < 1e-14 * peak
-
-
-@pytest.mark.parametrize(("thickness", "expected"), [(1e-9, STEEL), (1e3, (50e9, 0.2))])
-def test_thin_and_thick_layers_are_half_spaces(thickness: float, expected: tuple[float, float]) -> None:
-    """Of the substrate and of the layer. A thin layer's own self-compliance remains, of the order of its thickness."""
-    layer = Layer(thickness, 50e9, 0.2)
-    found = difference_tables([layer], STEEL, (6, 6), 1e-3, 1e-3).normal + normal_table(6, 6, 1e-3, 1e-3, 50e9 / (1.0 - 0.2**2))
-    wanted = normal_table(6, 6, 1e-3, 1e-3, expected[0] / (1.0 - expected[1] ** 2))
-    assert np.allclose(found, wanted, rtol=0.0, atol=1e-5 * wanted[0, 0])
-
-
-def test_tables_along_both_axes_are_transposes() -> None:
-    layers = [Layer(3e-4, 50e9, 0.2)]
-    wide, tall = difference_tables(layers, STEEL, (7, 5), 1e-4, 3e-4), difference_tables(layers, STEEL, (5, 7), 3e-4, 1e-4)
-    assert np.allclose(wide.x_normal, tall.y_normal.T, rtol=1e-9, atol=1e-18)
-    assert np.allclose(wide.xx, tall.yy.T, rtol=1e-9, atol=1e-18) and np.allclose(wide.xy, tall.xy.T, rtol=1e-9, atol=1e-18)
-
-
-@pytest.mark.parametrize("thickness", [1e-5, 1e-3])
-def test_long_elements_are_sums_of_short_ones(thickness: float) -> None:
-    layers, parts, columns, dx, dy = [Layer(thickness, 5e9, 0.4)], 21, 3, 1e-4, 1e-3
-    long = difference_tables(layers, STEEL, (12, columns), dx, dy)
-    short = difference_tables(layers, STEEL, (12, parts * columns), dx, dy / parts)
-    for name, parity in (("normal", 1), ("xx", 1), ("yy", 1), ("xy", -1), ("x_normal", 1), ("y_normal", -1)):
-        table = getattr(short, name)
-        both, middle = np.concatenate([parity * table[:, :0:-1], table], axis=1), table.shape[1] - 1
-        for j in range(columns):
-            start = middle + j * parts - parts // 2
-            found = both[:, start : start + parts].sum(axis=1)
-            assert np.abs(found - getattr(long, name)[:, j]).max() < 1e-9 * abs(long.normal[0, 0]), name

@@ -77,28 +77,6 @@ def test_waves_agree_with_independent_stresses(row: dict) -> None:
     assert found == pytest.approx({name: row[name] for name in found}, abs=REFERENCE["tolerance"])
 
 
-@pytest.mark.parametrize("sizes", [(1e-4, 1e-4), (1e-4, 2.5e-4)])
-@pytest.mark.parametrize("thickness", [3e-6, 1e-4, 1e-3])
-def test_layers_of_the_substrates_material_change_nothing(thickness: float, sizes: tuple[float, float]) -> None:
-    body, shape = LayeredBody((Layer(thickness, *STEEL), Layer(2.0 * thickness, *STEEL)), STEEL), (8, 7)
-    for depth in (0.0, 0.5 * thickness, thickness, 1.001 * thickness, 3.0 * thickness, 4.0 * thickness):
-        wanted = closed_forms(STEEL[1], shape, *sizes, depth)
-        for found, exact in zip(all_tables(body, shape, *sizes, depth), wanted, strict=True):
-            assert np.abs(found - exact).max() < 1e-10 * np.abs(exact).max(), depth
-
-
-def test_thin_and_thick_layers_are_half_spaces() -> None:
-    """Half-spaces of the substrate and of the layer; the difference
-    is of the order of thickness over size, to the power of one and two."""
-    place = (6, 6), 1e-3, 1e-3
-    thin, thinner, thick = (LayeredBody((Layer(thickness, 50e9, 0.2),), STEEL) for thickness in (1e-9, 1e-12, 1e2))
-    wanted = closed_forms(0.3, *place, 5e-4)
-    assert np.abs(all_tables(thin, *place, 5e-4) - wanted).max() < 2e-5 * np.abs(wanted).max()
-    assert np.abs(all_tables(thinner, *place, 5e-4) - wanted).max() < 2e-8 * np.abs(wanted).max()
-    wanted = closed_forms(0.2, *place, 5e-4)
-    assert np.abs(all_tables(thick, *place, 5e-4) - wanted).max() < 1e-9 * np.abs(wanted).max()
-
-
 STACKS = (
     LayeredBody((Layer(2e-4, 1000e9, 0.2),), STEEL), LayeredBody((Layer(5e-5, 3e9, 0.5), Layer(2e-4, 70e9, 0.1)), STEEL),
     LayeredBody((Layer(2e-6, 250e9, 0.2), Layer(5e-7, 280e9, 0.21)), STEEL))  # fmt: skip
@@ -127,20 +105,6 @@ def test_the_surface_carries_the_load(body: LayeredBody) -> None:
     for load, carried in enumerate((2, 4, 5)):
         for component in (2, 4, 5):
             assert np.allclose(tables[load, component], inside if component == carried else 0.0, rtol=0.0, atol=1e-10)
-
-
-@pytest.mark.parametrize("depth", [0.0, 4e-5, 1.5e-4])
-def test_long_elements_are_sums_of_short_ones(depth: float) -> None:
-    body, parts, columns, dx, dy = LayeredBody((Layer(1e-4, 5e9, 0.4),), STEEL), 21, 3, 1e-4, 1e-3
-    long = all_tables(body, (12, columns), dx, dy, depth)
-    short = all_tables(body, (12, parts * columns), dx, dy / parts, depth)
-    odd = np.zeros((3, 6), bool)
-    odd[:2, [3, 5]] = odd[2, [0, 1, 2, 4]] = True
-    both = np.concatenate([np.where(odd[..., None, None], -1.0, 1.0) * short[..., :0:-1], short], axis=-1)
-    for j in range(columns):
-        start = short.shape[-1] - 1 + j * parts - parts // 2
-        found = both[..., start : start + parts].sum(axis=-1)
-        assert np.abs(found - long[..., j]).max() < 1e-9 * np.abs(long).max()
 
 
 def largest_error(row_stack: list, elements: int) -> float:

@@ -120,35 +120,6 @@ DIRECTIONS = [(0.0, 0.0), (0.03, 0.0), (4.0, 0.0), (500.0, 0.0), (0.5, 0.2), (-3
 
 
 @pytest.mark.parametrize("name", TABLES)
-@pytest.mark.parametrize("peclets", DIRECTIONS)
-def test_nine_elements_make_one(name, peclets):
-    """3 × 3 elements are one of three times the size: its Péclet number is 3P, and the units of its table scale."""
-    aspect, nx, ny = 1.7, 8, 7
-    coarse = TABLES[name](nx, ny, aspect, *(3.0 * p for p in peclets))
-    fine = TABLES[name](3 * nx, 3 * ny, aspect, *peclets)
-    blocks = fine[1:-1, 1:-1].reshape(2 * nx - 1, 3, 2 * ny - 1, 3).sum(axis=(1, 3))
-    difference = blocks / (3.0 if name == "temperature" else 9.0) - coarse
-    if name == "displacement" and peclets == (0.0, 0.0):
-        difference += aspect / (2 * math.pi) * math.log(3.0)  # ln(r/dx) without motion: the unit of length matters
-    assert np.abs(difference).max() < 3 * ACCURACY[name] * abs(coarse).max()
-
-
-@pytest.mark.parametrize("name", TABLES)
-@pytest.mark.parametrize("peclets", DIRECTIONS)
-def test_mirror_and_exchange_of_axes(name, peclets):
-    px, py = peclets
-    table = TABLES[name](9, 6, 0.4, px, py)
-    peak = np.abs(table).max()
-    np.testing.assert_allclose(TABLES[name](9, 6, 0.4, -px, py), table[::-1], atol=1e-13 * peak)
-    np.testing.assert_allclose(TABLES[name](9, 6, 0.4, px, -py), table[:, ::-1], atol=1e-13 * peak)
-    units = 0.4 if name == "temperature" else 0.4**2
-    exchanged = units * TABLES[name](6, 9, 1.0 / 0.4, 0.4 * py, 0.4 * px).T
-    if name == "displacement" and peclets == (0.0, 0.0):
-        exchanged -= 0.4 / (2 * math.pi) * math.log(0.4)
-    assert np.abs(exchanged - table).max() < 2 * ACCURACY[name] * peak
-
-
-@pytest.mark.parametrize("name", TABLES)
 def test_a_little_lateral_motion_changes_little(name):
     """The full table of oblique motion continues the half table of motion along x."""
     straight, oblique = (TABLES[name](20, 15, 0.8, 1.3, lateral) for lateral in (0.0, 1e-7))

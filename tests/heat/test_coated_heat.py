@@ -71,36 +71,6 @@ def test_tables_agree_with_quadrature(rows: list[dict]) -> None:
             assert abs(table[n - 1 + row["i"], n - 1 + row["j"]] - row[name]) < 1e-7 * largest
 
 
-@pytest.mark.parametrize("speed", [(0.0, 0.0), (5.0, 0.0)])
-@pytest.mark.parametrize("thickness", [1e-13, 1e3])
-def test_thin_and_thick_layers_are_half_spaces(thickness: float, speed: tuple[float, float]) -> None:
-    n, dx, dy = 24, 1e-5, 1.4e-5
-    layer = replace(CARBON, thickness=thickness)
-    alike = STEEL if thickness < dx else Material(**{name: value for name, value in vars(layer).items()
-                                                          if name not in ("thickness", "shear_yield")})
-    found = surface_tables(replace(STEEL, layers=(layer,)), n, dx, dy, speed)
-    place = n, n, dy / dx, speed[0] * dx / alike.diffusivity
-    expected = (dx / alike.conductivity * temperature_table(*place),
-                (1.0 + alike.poisson_ratio) * alike.expansion * dx**2 / alike.conductivity * displacement_table(*place))
-    for one, other in zip(found, expected, strict=True):
-        difference = one - other
-        # Without motion expansion has an arbitrary constant.
-        difference -= difference[n - 1, n - 1] if speed[0] == 0.0 and one is found[1] else 0.0
-        assert np.abs(difference).max() < 1e-6 * np.ptp(other)
-
-
-@pytest.mark.parametrize("speed", [(0.0, 0.0), (5.0, 0.0), (5.0, 0.02)])
-def test_layers_of_the_same_material_change_nothing(speed: tuple[float, float]) -> None:
-    own = tuple(vars(STEEL)[name] for name in ("youngs_modulus", "poisson_ratio", "conductivity", "expansion", "diffusivity"))
-    body, place = LayeredHeat(replace(STEEL, layers=(Layer(1e-6, *own), Layer(2e-5, *own)))), ((16, 16), (1e-5, 1e-5))
-    peclets = (speed[0] * 1e-5 / STEEL.diffusivity, speed[1] * 1e-5 / STEEL.diffusivity)
-    plain = 1e-5 / STEEL.conductivity * temperature_table(16, 16, 1.0, *peclets)
-    assert np.abs(body.table("temperature", *place, speed)).max() < 1e-10 * plain.max()
-    assert np.abs(body.table("temperature", *place, speed, slope=True)).max() < 1e-10 * plain.max()
-    expansion = 1.3 * STEEL.expansion * 1e-10 / STEEL.conductivity * displacement_table(16, 16, 1.0, *peclets)
-    assert np.ptp(body.table("expansion", *place, speed)) < 1e-10 * np.ptp(expansion)
-
-
 @pytest.mark.parametrize("speed", [(0.0, 0.0), (5.0, 0.0), (5.0, 0.02)])
 def test_temperature_of_an_interface_is_that_of_its_depth(speed: tuple[float, float]) -> None:
     own = tuple(vars(STEEL)[name] for name in ("youngs_modulus", "poisson_ratio", "conductivity", "expansion", "diffusivity"))
