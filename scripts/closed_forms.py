@@ -24,6 +24,7 @@ from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.physics.rolling.newton import TangentialProblem
@@ -66,7 +67,7 @@ def hertz(grid: int) -> Iterator[Check]:
     exact = hertz_contact(1.0 / 0.015, 1.0 / 0.06, modulus, load)
     mesh = Grid.over((grid, grid), 2.2 * exact.semi_axis_x, 2.2 * exact.semi_axis_y)
     gap = exact.undeformed_gap(mesh.x[:, None], mesh.y[None, :])
-    solver = NormalSolver(mesh, modulus)
+    solver = NormalSolver(mesh, Bodies(modulus))
     solution = solver.solve(gap, load, np.zeros(mesh.shape))
     refined = solver.refine(solution, gap, load)
     name = f"Hertz, a/b = {exact.semi_axis_x / exact.semi_axis_y:.2f}"
@@ -87,7 +88,7 @@ def carter_strip(grid: int) -> Iterator[Check]:
     rigid[0] = exact.creepage
     covered = np.minimum(np.diff(t) / np.diff(edges), 1.0)
     strip = TangentialProblem(friction * pressure[:, None], covered[:, None], rigid, dx * length)
-    gradient = RollingGradient((grid, 1), dx, length, ShearCompliance.of((shear, 0.28), (shear, 0.28)))
+    gradient = RollingGradient((grid, 1), dx, length, Bodies.of_shear(ShearCompliance.of((shear, 0.28), (shear, 0.28))))
     found = float(RollingSolver(gradient).solve(strip, [], 1e-8).traction[0].sum()) * dx
     limit = friction * cylinders.load_per_length
     yield Check("Carter", "force over μW", found / limit, exact.force / limit)

@@ -42,9 +42,10 @@ def hertz(n: int) -> Array:
 
 def thermoroll(n: int, flat: bool) -> Solve:
     from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+    from thermoroll_cli.physics.halfspace.bodies import Bodies
     from thermoroll_cli.physics.numerics.grid import Grid
 
-    solver = NormalSolver(Grid.over((n, n), SIDE, SIDE), 1.0)
+    solver = NormalSolver(Grid.over((n, n), SIDE, SIDE), Bodies(1.0))
     start = np.ones((n, n)) if flat else hertz(n)
     return lambda tolerance: solver.solve(_gap(n), LOAD, start, tolerance).pressure
 

@@ -31,6 +31,7 @@ from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.numerics.grid import UPSTREAM_WEIGHTS, Grid
 from thermoroll_cli.physics.rolling.newton import TangentialProblem
@@ -64,7 +65,7 @@ def normal(folder: Folder, grid: int) -> Numbers:
             gap = hertz.undeformed_gap(mesh.x[:, None], mesh.y[None, :])
             edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((mesh.x, mesh.dx), (mesh.y, mesh.dy))]
             exact, _ = element_averages(hertz, *edges)
-            solver = NormalSolver(mesh, modulus)
+            solver = NormalSolver(mesh, Bodies(modulus))
             warm, cold = (solver.solve(gap, force, start) for start in (exact, np.zeros(mesh.shape)))
             refined = solver.refine(warm, gap, force)
             area = (np.count_nonzero(warm.contact) * mesh.element_area, float(refined.covered.sum()) * mesh.element_area)
@@ -182,7 +183,7 @@ def border(folder: Folder, grid: int) -> Numbers:
     cylinders = line_contact(20.0, 210e9 / (2.0 * (1.0 - 0.28**2)), 3e5)
     friction, shear = 0.3, 210e9 / 2.56
     exact = carter(cylinders, friction, 0.5 * saturation_creepage(cylinders, friction))
-    compliance = ShearCompliance.of((shear, 0.28), (shear, 0.28))
+    bodies = Bodies.of_shear(ShearCompliance.of((shear, 0.28), (shear, 0.28)))
     limit = friction * cylinders.load_per_length
     rows: Rows = []
     for n in (32, 64, 128):
@@ -198,7 +199,7 @@ def border(folder: Folder, grid: int) -> Numbers:
             for resolved in (True, False):
                 share = np.minimum(covered, 1.0) if resolved else (covered > 0.0).astype(float)
                 cell = TangentialProblem(friction * pressure[:, None], share[:, None], rigid, dx * length)
-                solution = RollingSolver(RollingGradient((n, 1), dx, length, compliance)).solve(cell, [], 1e-8)
+                solution = RollingSolver(RollingGradient((n, 1), dx, length, bodies)).solve(cell, [], 1e-8)
                 errors[resolved].append(float(solution.traction[0].sum()) * dx / limit - exact.force / limit)
         rows.append([str(n), *(f"{np.mean(errors[r]):+.1e} ± {np.std(errors[r]):.1e}" for r in (False, True))])
     return {"table": table(["N", "whole elements", "covered fractions"], rows)}

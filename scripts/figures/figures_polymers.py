@@ -22,7 +22,9 @@ from scripts.figures.figures_drawing import (
 )
 from thermoroll_cli import Case
 from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.halfspace.bodies import RelaxingBodies
 from thermoroll_cli.physics.halfspace.relaxing import Memory, Relaxing
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Material, Numerics, Problem
@@ -63,8 +65,10 @@ def _shares(result: Result) -> list[float]:
     grid = Grid(x.size, y.size, float(x[1] - x[0]), float(y[1] - y[0]))
     pressure = result.coupled.fields["pressure"]
     count = len(problem.upper.retardation)
+    bodies = DerivedQuantities(problem).bodies
+    assert isinstance(bodies, RelaxingBodies)
     parts = (OneTime(problem.lower, problem.upper, problem.motion.speed, number) for number in range(count))
-    return [NormalSolver(grid, problem.contact_modulus, relaxing=part).hysteresis(pressure) for part in parts]
+    return [NormalSolver(grid, replace(bodies, memory=part)).hysteresis(pressure) for part in parts]
 
 
 def resistance(folder: pathlib.Path, grid: int) -> Numbers:

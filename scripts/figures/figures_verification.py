@@ -16,6 +16,7 @@ from scripts.figures.figures_numerics import problem_of
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, rectangle_integrals
 from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_table
 from thermoroll_cli.physics.halfspace.variable_peclet import variable_peclet_tables
@@ -112,7 +113,7 @@ def _gradient() -> Row:
     traction = np.zeros((2, *mesh.shape))
     traction[0] = element_averages(hertz, *edges)[0]
     shear = 80e9
-    operator = RollingGradient(mesh.shape, mesh.dx, mesh.dy, ShearCompliance.of((shear, 0.28), (shear, 0.28)))
+    operator = RollingGradient(mesh.shape, mesh.dx, mesh.dy, Bodies.of_shear(ShearCompliance.of((shear, 0.28), (shear, 0.28))))
     x = (np.arange(-2, mesh.nx + 2) - 0.5 * (mesh.nx - 1)) * mesh.dx
     exact = full_slip_displacement(x[:, None], mesh.y[None, :], hertz.semi_axis_x, hertz.peak_pressure, shear, 0.28)
     found = operator.displacement(traction)

@@ -220,7 +220,7 @@ def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pres
     slip[0] += state.scalars["creepage_longitudinal"] if motion.creepage_x is None else 0.0
     slip[1] += state.scalars["creepage_lateral"] if motion.creepage_y is None else 0.0
     if derived.dissimilar:
-        coupling = NormalShearCoupling(grid, derived.coupling_constant, coatings=derived.coatings)
+        coupling = NormalShearCoupling(grid, derived.bodies)
         slip -= coupling.tangential_gradient(pressure)
     return float((traction * slip).sum()) * grid.element_area
 

@@ -55,7 +55,7 @@ def random_friction(seed: int, contact: Callable[[int], Problem] = random_contac
 def _own_gradient(derived: DerivedQuantities) -> float:
     """Displacement gradient of the contact as a single element, under unit traction, in 1/Pa."""
     shape = derived.scales.semi_axis_x, derived.scales.semi_axis_y
-    return RollingGradient((1, 1), *shape, derived.shear_compliance).self_gradient[0]
+    return RollingGradient((1, 1), *shape, derived.bodies).self_gradient[0]
 
 
 def random_yield(seed: int, contact: Callable[[int], Problem] = random_contact) -> Problem:

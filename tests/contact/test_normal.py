@@ -16,6 +16,7 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
 from thermoroll_cli.physics.contact.active_set import Approach
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Layer, Material
 
@@ -45,7 +46,7 @@ class Contact:
         self.gap = self.hertz.undeformed_gap(self.x, self.y)
         edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((self.grid.x, self.grid.dx), (self.grid.y, self.grid.dy))]
         self.exact, self.covered = element_averages(self.hertz, *edges)
-        self.solver = NormalSolver(self.grid, self.hertz.contact_modulus)
+        self.solver = NormalSolver(self.grid, Bodies(self.hertz.contact_modulus))
 
     def solve(self, start=None, **options):
         return self.solver.solve(self.gap, self.force, self.exact if start is None else start, **options)
@@ -150,7 +151,7 @@ def test_quartic_punch_matches_shtaerman():
     force, approach = 64 / 15 * modulus * amplitude * a**5, 8 / 3 * amplitude * a**4
     grid = Grid.over((n, n), 2.4 * a, 2.4 * a)
     rr = (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) / a**2
-    solution = NormalSolver(grid, modulus).solve(amplitude * a**4 * rr**2, force, np.ones(grid.shape))
+    solution = NormalSolver(grid, Bodies(modulus)).solve(amplitude * a**4 * rr**2, force, np.ones(grid.shape))
     scale = 64 * modulus * amplitude * a**3 / (9 * math.pi)
     expected = scale * (rr + 0.5) * np.sqrt(np.maximum(1.0 - rr, 0.0))
     assert solution.converged
@@ -203,7 +204,7 @@ def quartic_area(n: int) -> float:
     grid = Grid.over((n, n), 2.2 * a, 2.2 * a)
     gap = amplitude * (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) ** 2
     force = 64 / 15 * modulus * amplitude * a**5
-    solver = NormalSolver(grid, modulus)
+    solver = NormalSolver(grid, Bodies(modulus))
     refined = solver.refine(solver.solve(gap, force, np.ones(grid.shape)), gap, force)
     return float(refined.covered.sum()) * grid.element_area / (math.pi * a**2) - 1.0
 

@@ -12,14 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from thermoroll_cli.physics.halfspace.coatings import Coatings
-from thermoroll_cli.physics.halfspace.elastic import (
-    ShearCompliance,
-    coupling_constant,
-    coupling_tables,
-    normal_table,
-    shear_tables,
-)
+from thermoroll_cli.physics.halfspace.bodies import bodies_of
 from thermoroll_cli.physics.halfspace.relaxing import POINT_LOADS, Relaxing, filter_of, one_sided_means, weights
 from thermoroll_cli.physics.numerics.convolution import half_plane_symbol, quadrant_symbol
 from thermoroll_cli.problem.problem import Layer, Material
@@ -118,16 +111,12 @@ def test_both_bodies_share_equal_lengths() -> None:
 
 def tables_of(body: Material, other: Material, place: tuple[int, int, float, float]) -> dict[str, np.ndarray]:
     """All influence tables of a coated lower body on another, at offsets ≥ 0."""
-    coatings = Coatings.of(body, other)
-    assert coatings is not None
-    surfaces = [(part.shear_modulus, part.poisson_ratio) for part in (body.surface, other.surface)]
-    shear = shear_tables(*place, ShearCompliance.of(*surfaces))
-    constant = coupling_constant(*surfaces)
-    coupled = [constant * table for table in coupling_tables(*place)]
-    return {"nn": normal_table(*place, coatings.surface_modulus) + coatings.normal_table(*place),
-            **{name: own + more for name, own, more in zip(("xx", "yy", "xy", "x", "y"), (*shear, *coupled),
-                                                         (*coatings.shear_tables(*place), *coatings.coupling_tables(*place)),
-                                                         strict=True)}}
+    bodies, (rows, columns) = bodies_of(body, other, 1.0), place[:2]
+    coupled = (sum(factor * table for factor, table in parts)[rows - 1 :, columns - 1 :]
+               for parts in bodies.coupling_tables(*place))
+    shear = (table.quadrant for table in bodies.shear_tables(*place))
+    normal = bodies.normal_table(*place).quadrant
+    return dict(zip(("nn", "xx", "yy", "xy", "x", "y"), (normal, *shear, *coupled), strict=True))
 
 
 @pytest.mark.parametrize(("thickness", "tolerance"), [(3e-4, 0.01), (1e-3, 4e-3), (8e-3, 4e-3)])

@@ -23,7 +23,8 @@ from thermoroll_cli.many_contacts.history.solve import HistorySolver
 from thermoroll_cli.many_contacts.history.steps import Steps
 from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
-from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, shear_tables
+from thermoroll_cli.physics.halfspace.bodies import Bodies
+from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem
@@ -44,17 +45,16 @@ def over_time(course: Course, motion: Motion, grid: int = 32, **others: object) 
 
 
 def test_displacements_are_those_in_the_middle_of_the_length() -> None:
-    compliance = ShearCompliance(1.0, 0.4, length=50.0)
-    for strip, rectangle in zip(shear_tables(6, 1, 0.1, math.inf, compliance)[:2],
-                                shear_tables(6, 1, 0.1, 50.0, compliance)[:2], strict=True):
-        np.testing.assert_allclose(strip, rectangle, rtol=1e-4)
+    bodies = Bodies(1.0, ShearCompliance(1.0, 0.4), length=50.0)
+    for strip, rectangle in zip(*(bodies.shear_tables(6, 1, 0.1, dy)[:2] for dy in (math.inf, 50.0)), strict=True):
+        np.testing.assert_allclose(strip.quadrant, rectangle.quadrant, rtol=1e-4)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 def test_a_shift_without_rolling_is_that_of_cattaneo(share: float) -> None:
     force = share * LIMIT
     result = over_time(Course((0.0, 1.0), {FORCE: (0.0, 1e-3 * force)}, steps=2, begin="pressed"), Motion(0.0, None, 0.0), 128)
-    sticks, compliance = math.sqrt(1.0 - share), DerivedQuantities(ROLLS).shear_compliance
+    sticks, compliance = math.sqrt(1.0 - share), DerivedQuantities(ROLLS).bodies.shear
 
     def shift(carried: float, half: float) -> float:
         """Of a semi-elliptic traction with this sum, in the middle of the length."""

@@ -12,6 +12,7 @@ from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturatio
 from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, Kinematics
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.numerics.convolution import counted, unfolded
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
@@ -56,8 +57,8 @@ def both_sides(half, mirror):
 @pytest.mark.parametrize(("n", "m"), [(7, 4), (12, 5), (1, 1), (30, 16)])
 @pytest.mark.parametrize("compliance", [COMPLIANCE, ShearCompliance(1.0, 0.0)])
 def test_operator_on_half_is_the_one_on_the_whole(n, m, mirror, compliance):
-    half = RollingGradient((n, m), 0.1, 0.07, compliance, mirror=mirror)
-    whole = RollingGradient((n, 2 * m), 0.1, 0.07, compliance)
+    half = RollingGradient((n, m), 0.1, 0.07, Bodies.of_shear(compliance), mirror=mirror)
+    whole = RollingGradient((n, 2 * m), 0.1, 0.07, Bodies.of_shear(compliance))
     traction = np.random.default_rng(n).normal(size=(2, n, m))
     before = counted.transforms
     expected = whole(both_sides(traction, mirror))[:, :, m:]
@@ -72,8 +73,8 @@ def test_preconditioner_on_half_is_the_one_on_the_whole(mirror):
     n, m = 21, 9
     stick = random.random((n, m)) > 0.3
     gradient = random.normal(size=(2, n, m)) * stick
-    half = StickInverse((n, m), 0.1, 0.07, COMPLIANCE, mirror)
-    whole = StickInverse((n, 2 * m), 0.1, 0.07, COMPLIANCE)
+    half = StickInverse((n, m), 0.1, 0.07, Bodies.of_shear(COMPLIANCE), mirror)
+    whole = StickInverse((n, 2 * m), 0.1, 0.07, Bodies.of_shear(COMPLIANCE))
     full = unfolded(stick, 1)
     expected = whole(both_sides(gradient, mirror), full, run_starts(full))[:, :, m:]
     np.testing.assert_allclose(half(gradient, stick, run_starts(stick)), expected, atol=1e-12 * np.abs(expected).max())

@@ -29,6 +29,7 @@ from thermoroll_cli.exact.hertz import element_averages, line_contact
 from thermoroll_cli.exact.kalker import TABLE, full_slip_creepages
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.physics.rolling.newton import TangentialProblem
@@ -190,7 +191,7 @@ def test_gradient_converges_to_cattaneo_mindlin(nu):
     for n in sides:
         grid, a, peak, traction = hertz_traction(n)
         compliance = ShearCompliance.of((shear_modulus, nu), (shear_modulus, nu))
-        found = RollingGradient(grid.shape, grid.dx, grid.dy, compliance)(traction)
+        found = RollingGradient(grid.shape, grid.dx, grid.dy, Bodies.of_shear(compliance))(traction)
         scale = 2.0 * math.pi * peak / (32.0 * shear_modulus * a)
         x, y = np.broadcast_arrays(grid.x[:, None], grid.y[None, :])
         expected = scale * np.stack([-2.0 * (4.0 - 3.0 * nu) * x, 2.0 * nu * y])
@@ -205,7 +206,8 @@ def test_gradient_converges_to_cattaneo_mindlin(nu):
 def test_displacement_of_the_operator_is_the_closed_form_on_its_extra_rows_too():
     grid, a, peak, traction = hertz_traction(64)
     nu, shear_modulus = 0.28, 80e9
-    gradient = RollingGradient(grid.shape, grid.dx, grid.dy, ShearCompliance.of((shear_modulus, nu), (shear_modulus, nu)))
+    bodies = Bodies.of_shear(ShearCompliance.of((shear_modulus, nu), (shear_modulus, nu)))
+    gradient = RollingGradient(grid.shape, grid.dx, grid.dy, bodies)
     found = gradient.displacement(traction)
     x = (np.arange(-2, grid.nx + 2) - 0.5 * (grid.nx - 1)) * grid.dx
     expected = full_slip_displacement(x[:, None], grid.y[None, :], a, peak, shear_modulus, nu)
@@ -216,7 +218,7 @@ def test_displacement_of_the_operator_is_the_closed_form_on_its_extra_rows_too()
 def test_operator_is_monotone():
     """Upstream differences dissipate: Σ τ·∂u/∂x ≥ 0 for any traction, odd–even patterns included."""
     n, random = 24, np.random.default_rng(7)
-    gradient = RollingGradient((n, n), 1.0, 0.8, ShearCompliance.of((1.0, 0.28), (1.0, 0.4)))
+    gradient = RollingGradient((n, n), 1.0, 0.8, Bodies.of_shear(ShearCompliance.of((1.0, 0.28), (1.0, 0.4))))
     parity = (-1.0) ** np.arange(n)
     patterns = [random.normal(size=(2, n, n)) for _ in range(20)]
     nothing = np.zeros((n, n))
@@ -227,7 +229,8 @@ def test_operator_is_monotone():
 
 def test_threads_do_not_change_the_operator():
     traction = np.random.default_rng(3).normal(size=(2, 30, 26))
-    one, two = (RollingGradient((30, 26), 1.0, 1.0, ShearCompliance.of((1.0, 0.3), (2.0, 0.1)), threads=k) for k in (1, 2))
+    bodies = Bodies.of_shear(ShearCompliance.of((1.0, 0.3), (2.0, 0.1)))
+    one, two = (RollingGradient((30, 26), 1.0, 1.0, bodies, threads=k) for k in (1, 2))
     np.testing.assert_array_equal(one(traction), two(traction))
 
 
@@ -245,7 +248,7 @@ def kalker_coefficients(aspect: float, nu: float, n: int, spin: bool) -> np.ndar
     rows, columns = np.flatnonzero(pressure.any(axis=1)), np.flatnonzero(pressure.any(axis=0))
     box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
     x, y = np.broadcast_arrays(grid.x[box[0]][:, None], grid.y[box[1]][None, :])
-    gradient = RollingGradient(x.shape, grid.dx, grid.dy, derived.shear_compliance)
+    gradient = RollingGradient(x.shape, grid.dx, grid.dy, derived.bodies)
     area, mean, creep = hertz.semi_axis_x * hertz.semi_axis_y, hertz.mean_radius, 1e-3
     # Tractions are of the order G ξ a/b or G ξ, and singular at the trailing edge: the bound is out of reach.
     bound = np.where(covered[box] > 0.0, 100.0 * g * creep * max(aspect, 1.0), 0.0)
@@ -418,7 +421,7 @@ def cell_of(name, n):
     pressure, covered = element_averages(derived.hertz, *edges)
     bound = problem.friction.coefficient * pressure
     cell = TangentialProblem(bound, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
-    return cell, RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance)
+    return cell, RollingGradient(grid.shape, grid.dx, grid.dy, derived.bodies)
 
 
 def test_any_start_leads_to_the_same_tractions():

@@ -22,8 +22,8 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
 from thermoroll_cli.physics.contact.shear_coupling import NormalShearCoupling
+from thermoroll_cli.physics.halfspace.bodies import bodies_of
 from thermoroll_cli.physics.halfspace.coatings import Coatings
-from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.physics.numerics.grid import Grid, Prolongation
 from thermoroll_cli.physics.rolling.element_borders import known_gradient
 from thermoroll_cli.physics.rolling.newton import TangentialProblem
@@ -97,20 +97,19 @@ def stuck(
     """F_x, F_y and M_z per creepage, over the layer's shear modulus, of a contact of the shape of `hertz` between bodies coated
     alike, which sticks as a whole at the creepages and spin `unit`."""
     body = Material(row["substrate"]["youngs_modulus"], row["substrate"]["poisson_ratio"], layers=(Layer(**row["layers"][0]),))
-    constants = body.surface.shear_modulus, body.surface.poisson_ratio
-    compliance = replace(ShearCompliance.of(constants, constants), coatings=Coatings.of(body, body))
+    bodies = bodies_of(body, body, 1.0)
     x, y = ((np.arange(n + 1) - 0.5 * n) * size for n, size in zip(shape, (dx, dy), strict=True))
     pressure, covered = element_averages(hertz, x, y)
     x, y = np.broadcast_arrays(0.5 * (x[1:] + x[:-1])[:, None], 0.5 * (y[1:] + y[:-1]))
-    border = replace(compliance.near_border(dx, dy), coatings=None)
-    along, across, mixed = shear_gradients(hertz, border.isotropic, border.directional)
+    border = bodies.near_border(dx, dy)
+    along, across, mixed = shear_gradients(hertz, border.shear.isotropic, border.shear.directional)
     leading = known_gradient(pressure, RollingGradient(shape, dx, dy, border).of_shape(pressure),
                              np.stack([along * x, across * x, mixed * y]), covered)
     rigid = 1e-3 * np.stack([unit[0] - unit[2] * y, unit[1] + unit[2] * x])
     cell = TangentialProblem(1e4 * pressure, covered, rigid, dx * dy, leading=leading)
-    solution = solve_cell(RollingGradient(shape, dx, dy, compliance), cell, 1e-8)
+    solution = solve_cell(RollingGradient(shape, dx, dy, bodies), cell, 1e-8)
     assert solution.converged and solution.stick[covered > 0.0].all()
-    tx, ty = solution.traction / (1e-3 * constants[0]) * dx * dy
+    tx, ty = solution.traction / (1e-3 * body.surface.shear_modulus) * dx * dy
     return np.array([tx.sum(), ty.sum(), (x * ty - y * tx).sum()])
 
 
@@ -171,19 +170,17 @@ def test_thin_and_thick_layers_are_half_spaces(thickness: float, alike: Material
     body = Material(210e9, 0.3, layers=(Layer(thickness, 50e9, 0.2),))
     grid, load = Grid.over((24, 24), 2.4e-3, 2.4e-3), 500.0
     gap = (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) / 0.04
-    layered, plain = (pressed(lower, STEEL, 0.02, load) for lower in (body, alike))
-    solvers = (NormalSolver(grid, layered.contact_modulus, Coatings.of(body, STEEL)), NormalSolver(grid, plain.contact_modulus))
+    pairs = [bodies_of(lower, STEEL, 1.0) for lower in (body, alike)]
+    assert [bodies.dispersive for bodies in pairs] == [True, False]
+    solvers = [NormalSolver(grid, bodies) for bodies in pairs]
     found, expected = (s.refine(s.solve(gap, load, np.zeros(grid.shape)), gap, load) for s in solvers)
     assert np.abs(found.pressure - expected.pressure).max() < 1e-6 * expected.pressure.max()
     assert found.approach == pytest.approx(expected.approach, rel=1e-6)
     place = (24, 24, grid.dx, grid.dy)
-    pairs = [(DerivedQuantities(problem).shear_compliance) for problem in (layered, plain)]
-    for one, other in zip(*(shear_tables(*place, compliance) for compliance in pairs), strict=True):
-        assert np.abs(one - other).max() < 1e-6 * shear_tables(*place, pairs[1])[0].max()
+    for one, other in zip(*(bodies.shear_tables(*place) for bodies in pairs), strict=True):
+        assert np.abs(one.quadrant - other.quadrant).max() < 1e-6 * pairs[1].shear_tables(*place)[0].quadrant.max()
     traction = np.random.default_rng(3).standard_normal((2, 24, 24))
-    constants = [DerivedQuantities(problem).coupling_constant for problem in (layered, plain)]
-    one = NormalShearCoupling(grid, constants[0], coatings=Coatings.of(body, STEEL)).normal_displacement(traction)
-    other = NormalShearCoupling(grid, constants[1]).normal_displacement(traction)
+    one, other = (NormalShearCoupling(grid, bodies).normal_displacement(traction) for bodies in pairs)
     assert np.abs(one - other).max() < 1e-6 * max(np.abs(other).max(), 1e-11 * grid.dx)
 
 
@@ -201,11 +198,9 @@ def test_layers_of_the_same_material_change_nothing() -> None:
 def test_symbols_are_those_of_the_tables() -> None:
     """Of decaying kernels: what a wave of tractions moves, in the middle of a large plane."""
     body = Material(210e9, 0.3, layers=(Layer(2e-4, 50e9, 0.2),))
-    coatings, n, dx, dy = Coatings.of(body, body), 256, 1e-4, 1.3e-4
-    assert coatings is not None
-    compliance = ShearCompliance.of(*[(body.surface.shear_modulus, 0.2)] * 2)
-    xx, yy, xy = shear_tables(n, n, dx, dy, replace(compliance, coatings=coatings))
-    _, *symbols = coatings.periodic_symbols((2 * n, 2 * n), dx, dy)
+    bodies, n, dx, dy = bodies_of(body, body, 1.0), 256, 1e-4, 1.3e-4
+    xx, yy, xy = (table.quadrant for table in bodies.shear_tables(n, n, dx, dy))
+    symbols = bodies.shear_symbols((2 * n, 2 * n), dx, dy)
     i, j = 60, 45
     theta = np.pi * np.arange(n)[:, None] * i / n, np.pi * np.arange(n)[None, :] * j / n
     window = np.outer(*(0.5 + 0.5 * np.cos(np.pi * np.arange(n) / n),) * 2)
@@ -255,7 +250,7 @@ def test_pressures_below_stiff_layers_are_solved_as_far_as_others(a_over_h: floa
 
 def test_the_preconditioner_below_stiff_layers_is_symmetric_and_positive() -> None:
     body, grid = Material(1e9, 0.5, layers=(Layer(2e-5, 1e11, 0.3),)), Grid.over((26, 39), 1e-3, 4e-3)
-    solver = NormalSolver(grid, pressed(body, STEEL, 0.1, 1.0).contact_modulus, Coatings.of(body, STEEL))
+    solver = NormalSolver(grid, bodies_of(body, STEEL, 1.0))
     assert solver.below_stiff_layers
     contact = (grid.x[:, None] / 4e-4) ** 2 + (grid.y / 1.7e-3) ** 2 < 1.0
     one, other = np.random.default_rng(1).standard_normal((2, *grid.shape)) * contact
@@ -283,7 +278,7 @@ def test_incompressible_surfaces_over_other_bodies_couple() -> None:
     top = Layer(1e-4, 1e9, 0.5)
     problem = pressed(Material(210e9, 0.3, layers=(top,)), Material(1e9, 0.5), 0.02, 10.0, friction=0.3)
     derived = DerivedQuantities(problem)
-    assert derived.coupling_constant == 0.0 and derived.dissimilar
+    assert derived.bodies.coupling_constant == 0.0 and derived.dissimilar
     assert not DerivedQuantities(replace(problem, upper=problem.lower)).dissimilar
 
 

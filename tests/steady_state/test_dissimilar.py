@@ -20,6 +20,7 @@ from thermoroll_cli.one_contact.refinement.warnings import tangential_expansion
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, Tolerances
 from thermoroll_cli.physics.contact.shear_coupling import NormalShearCoupling
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import (
     ShearCompliance,
     coupling_constant,
@@ -139,7 +140,7 @@ def test_hertz_pressure_draws_the_surface_inwards():
         hertz = DerivedQuantities(contact_case("free_rolling", 16)).hertz
         pressure, _ = element_averages(hertz, edges * 4.013407e-4, edges * 4.013407e-4)
         pressure /= DerivedQuantities(contact_case("free_rolling", 16)).hertz.peak_pressure
-        gradient = NormalShearCoupling(grid, constant).tangential_gradient(pressure)
+        gradient = NormalShearCoupling(grid, Bodies(1.0, coupling_constant=constant)).tangential_gradient(pressure)
         inside = r < 0.8
         root = np.sqrt(1.0 - np.minimum(r, 0.99) ** 2)
         over_r = 2.0 * math.pi * constant * (1.0 - root**3) / (3.0 * r**2)  # u_r/r
@@ -156,7 +157,8 @@ def test_outward_shear_sinks_the_surface():
     for n in sizes:
         grid, x, y, r = axisymmetric(n)
         root = np.sqrt(np.maximum(1.0 - r**2, 0.0))
-        displacement = NormalShearCoupling(grid, constant).normal_displacement(np.stack([x * root, y * root]))
+        coupling = NormalShearCoupling(grid, Bodies(1.0, coupling_constant=constant))
+        displacement = coupling.normal_displacement(np.stack([x * root, y * root]))
         errors.append(np.abs(displacement + 2.0 * math.pi * constant * root**3 / 3.0).max())
     assert errors[-1] < 2e-3
     assert order(sizes, errors) > 1.4
@@ -166,7 +168,7 @@ def test_both_directions_are_reciprocal():
     """Σ τ·∂u^p/∂x = −Σ p·(−u_z)(Dᵀτ): one kernel serves both, and D is the formula of the traction's own displacement."""
     random = np.random.default_rng(7)
     grid = Grid(14, 9, 1.0, 0.8)
-    coupling = NormalShearCoupling(grid, 0.4)
+    coupling = NormalShearCoupling(grid, Bodies(1.0, coupling_constant=0.4))
     pressure, traction = random.normal(size=(14, 9)), random.normal(size=(2, 14, 9))
     traction[:, :3] = traction[:, -3:] = 0.0
     transposed = sum(w * np.roll(traction, k, axis=1) for k, w in zip(DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS, strict=True))
@@ -252,9 +254,9 @@ class Cylinders:
         self.covered = (np.diff(edge) * a / grid.dx)[:, None]
         area = 0.5 * (edge * np.sqrt(1.0 - edge**2) + np.arcsin(edge))
         self.pressure = (self.contact.peak_pressure * np.diff(area) * a / grid.dx)[:, None]
-        coupling = NormalShearCoupling(grid, coupling_constant(ALUMINIUM, HARD_STEEL))
+        coupling = NormalShearCoupling(grid, Bodies(1.0, coupling_constant=coupling_constant(ALUMINIUM, HARD_STEEL)))
         self.pressure_gradient = coupling.tangential_gradient(self.pressure)
-        self._solver = RollingSolver(RollingGradient((n, 1), grid.dx, grid.dy, compliance))
+        self._solver = RollingSolver(RollingGradient((n, 1), grid.dx, grid.dy, Bodies.of_shear(compliance)))
 
     def roll(self, creepage, friction):
         rigid = -self.pressure_gradient
@@ -299,7 +301,7 @@ def test_slender_contact_rolls_freely_like_its_strips():
         problem = on_grid(Problem(lower, upper, ellipse(aspect), 1000.0, Friction(1e-3), motion, MECHANICAL), 48)
         derived, result = DerivedQuantities(problem), solve(problem)
         assert result.converged
-        strips = 2.0 * math.pi * derived.coupling_constant * derived.hertz.peak_pressure * 0.5 ** (1.0 / 3.0)
+        strips = 2.0 * math.pi * derived.bodies.coupling_constant * derived.hertz.peak_pressure * 0.5 ** (1.0 / 3.0)
         errors.append(1.0 - result.coupled.scalars["creepage_longitudinal"] / strips)
     assert 0.0 < errors[2] < errors[1] < errors[0]
     assert errors[2] < 0.03
@@ -357,7 +359,9 @@ def test_cost_beside_one_material(name, monkeypatch):
     grids = (64, 96, 128)
     coupled = [solved(name, n).work["levels"][-1] for n in grids]
     halved = DerivedQuantities(contact_case(name, 128)).kinematics.mirror is not None
-    monkeypatch.setattr(DerivedQuantities, "coupling_constant", 0.0)
+    of_problem = DerivedQuantities.bodies.func
+    monkeypatch.setattr(DerivedQuantities, "bodies",
+                        property(lambda derived: replace(of_problem(derived), coupling_constant=0.0)))
     single = [solve(contact_case(name, n)).work["levels"][-1] for n in grids]
     for key, most in (("applications", 2.5), ("transforms", 3.0 if halved else 2.5)):
         assert sum(c[key] for c in coupled) <= most * sum(s[key] for s in single), key

@@ -20,6 +20,7 @@ from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, Kinematics
 from thermoroll_cli.physics.contact.contact_scales import contact_scales
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.scalar_errors import error_scale
@@ -32,7 +33,7 @@ BALL = Geometry(math.inf, math.inf, 0.02, 0.04)
 @pytest.mark.parametrize("load", [1e-12, 1e-6, 1.0])
 def test_a_contact_between_two_samples_of_the_profile_is_found(load):
     """Of 4001 places across, 2 µm apart, none or one lies in the smallest contact, of 8 nm."""
-    scales, hertz = contact_scales(ARC, MODULUS, load), hertz_contact(1.0 / 0.02, 1.0 / 0.04, MODULUS, load)
+    scales, hertz = contact_scales(ARC, Bodies(MODULUS), load), hertz_contact(1.0 / 0.02, 1.0 / 0.04, MODULUS, load)
     assert (scales.semi_axis_x, scales.semi_axis_y) == pytest.approx((hertz.semi_axis_x, hertz.semi_axis_y), rel=0.02)
 
 
@@ -218,7 +219,7 @@ ENDS = {"body": elastic(0.3), "load": 400.0, "friction": 0.2, "creepage": (6e-4,
 def test_a_contact_at_an_end_is_marked():
     """An arc that ends 0.1 mm beside its top: pressure without limit there, marked and without an error estimate."""
     cut = below(points(lambda y: -(y**2) / 80.0, -0.1, 4.0, 42), 0.02)
-    assert contact_scales(cut, MODULUS, 400.0).ends == (True, False)
+    assert contact_scales(cut, Bodies(MODULUS), 400.0).ends == (True, False)
     problem = rolling(grid=32, geometry=cut, differential_slip=True, **ENDS)
     result = solved(problem)
     assert result.converged, result.reason

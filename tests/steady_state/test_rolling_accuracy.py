@@ -15,6 +15,7 @@ from thermoroll_cli.exact.hertz import hertz_contact, shear_gradients
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
 from thermoroll_cli.one_contact.steady_state.traction import Window
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.rolling.element_borders import block_product, continued_gradient, edge_compliance, known_gradient
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
@@ -83,7 +84,7 @@ def test_shear_gradients_of_a_circle_are_cattaneos():
 
 def box_of(aspect: float, n: int) -> tuple[Discretisation, Window, RollingGradient]:
     discretisation = Discretisation(DerivedQuantities(rolling(grid=n, geometry=ellipse(aspect), body=elastic(NU))), (n, n), 2.2)
-    box = discretisation.traction.window_around(discretisation.isothermal_pressure.contact, None, discretisation.derived)
+    box = discretisation.traction.window_around(discretisation.isothermal_pressure.contact, None)
     return discretisation, box, discretisation.traction.solver_of(box).gradient
 
 
@@ -91,7 +92,7 @@ def box_of(aspect: float, n: int) -> tuple[Discretisation, Window, RollingGradie
 def test_shear_gradients_of_an_ellipse_are_the_operators(aspect):
     """Away from the border, to the error of the difference formula."""
     discretisation, box, gradient = box_of(aspect, 128)
-    hertz, c = discretisation.derived.hertz, discretisation.derived.shear_compliance
+    hertz, c = discretisation.derived.hertz, discretisation.derived.bodies.shear
     x, y = np.broadcast_arrays(discretisation.grid.x[box.rows][:, None], discretisation.grid.y[box.columns])
     inside = np.hypot(x / hertz.semi_axis_x, y / hertz.semi_axis_y) < 0.7
     found = gradient.of_shape(box.cut(discretisation.isothermal_pressure.pressure))
@@ -100,7 +101,7 @@ def test_shear_gradients_of_an_ellipse_are_the_operators(aspect):
 
 
 def test_of_shape_is_the_operator_on_both_directions():
-    gradient = RollingGradient((20, 26), 1.0, 0.7, ShearCompliance.of((1.0, 0.3), (2.0, 0.1)))
+    gradient = RollingGradient((20, 26), 1.0, 0.7, Bodies.of_shear(ShearCompliance.of((1.0, 0.3), (2.0, 0.1))))
     shape = np.random.default_rng(2).uniform(size=(20, 26))
     along, across = gradient(np.stack([shape, 0.0 * shape])), gradient(np.stack([0.0 * shape, shape]))
     xx, yy, xy = gradient.of_shape(shape)
@@ -115,7 +116,7 @@ def test_of_shape_is_the_operator_on_both_directions():
 def test_operator_with_leading_edge_knows_pressure_shaped_tractions(aspect):
     """(D A + E) τ is exact at the leading edge for τ = p c, whatever the direction of c, slivers apart."""
     discretisation, box, gradient = box_of(aspect, 48)
-    normal, grid, c = discretisation.isothermal_pressure, discretisation.grid, discretisation.derived.shear_compliance
+    normal, grid, c = discretisation.isothermal_pressure, discretisation.grid, discretisation.derived.bodies.shear
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
     leading = discretisation.traction.leading(discretisation.derived, normal, box, undisturbed=True)
     border = edge_compliance(covered, np.where(covered > 0.0, pressure, 0.0), gradient, leading)
@@ -146,7 +147,7 @@ def test_leading_edge_from_the_gap_is_that_of_the_closed_form():
     """Below other than Hertz pressures only ∬p/r is known: for Hertz's own pressure the two agree to a few per cent, since
     border elements vary along the border, too."""
     discretisation, box, gradient = box_of(1.0, 64)
-    normal, c = discretisation.isothermal_pressure, discretisation.derived.shear_compliance
+    normal, c = discretisation.isothermal_pressure, discretisation.derived.bodies.shear
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
     exact = discretisation.traction.leading(discretisation.derived, normal, box, undisturbed=True)
     x = np.broadcast_to(discretisation.grid.x[box.rows][:, None], pressure.shape)

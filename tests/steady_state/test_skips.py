@@ -16,6 +16,7 @@ from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, Tolerances
 from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_table
 from thermoroll_cli.physics.heat import heat_response
@@ -189,7 +190,7 @@ def test_hertz_pressure_is_not_solved_for() -> None:
 
 def test_no_cross_terms_without_lateral_contraction() -> None:
     traction = np.random.default_rng(2).standard_normal((2, 20, 14))
-    plain, tiny = (RollingGradient((20, 14), 1e-5, 1e-5, ShearCompliance(1e-12, d)) for d in (0.0, 1e-30))
+    plain, tiny = (RollingGradient((20, 14), 1e-5, 1e-5, Bodies.of_shear(ShearCompliance(1e-12, d))) for d in (0.0, 1e-30))
     np.testing.assert_allclose(plain(traction), tiny(traction), rtol=0.0, atol=1e-13 * np.abs(plain(traction)).max())
     # Only one component is loaded: the other one stays exactly zero.
     traction[1] = 0.0
@@ -213,17 +214,17 @@ def test_bounding_box_of_the_contact() -> None:
     for n, e in ((32, 2.2), (64, 4.4)):
         discretisation = Discretisation(DerivedQuantities(rolling(grid=n, extent=e)), (n, n), e)
         contact = discretisation.isothermal_pressure.contact
-        sizes.append(discretisation.traction.window_around(contact, None, discretisation.derived).shape)
+        sizes.append(discretisation.traction.window_around(contact, None).shape)
     assert sizes[0] == sizes[1]
 
 
 def test_contact_s_box_serves_smaller_contacts() -> None:
     discretisation = Discretisation(DerivedQuantities(rolling(grid=32)), (32, 32), 2.2)
     contact = discretisation.isothermal_pressure.contact
-    solver = discretisation.traction.solver_of(discretisation.traction.window_around(contact, None, discretisation.derived))
+    solver = discretisation.traction.solver_of(discretisation.traction.window_around(contact, None))
     contact = contact.copy()
     contact[:8] = False
-    window = discretisation.traction.window_around(contact, None, discretisation.derived)
+    window = discretisation.traction.window_around(contact, None)
     assert discretisation.traction.solver_of(window) is solver, "kernels and plans are kept"
 
 

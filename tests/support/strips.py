@@ -7,6 +7,7 @@ import numpy as np
 from tests.support.scenes import elastic
 from thermoroll_cli.exact.hertz import line_contact
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.rolling.newton import TangentialProblem
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
@@ -39,7 +40,7 @@ def carter_row(n: int, offset: float, share: float, lateral: bool = False) -> tu
     rigid = np.zeros((2, n, 1))
     rigid[direction] = exact.creepage * (compliance.across / compliance.along if lateral else 1.0)
     cell = TangentialProblem(friction * pressure[:, None], np.minimum(covered, 1.0)[:, None], rigid, dx * length)
-    return RollingGradient((n, 1), dx, length, compliance), cell
+    return RollingGradient((n, 1), dx, length, Bodies.of_shear(compliance)), cell
 
 
 def carter_strip(n: int, offset: float, share: float, lateral: bool) -> tuple[float, TangentialSolution]:

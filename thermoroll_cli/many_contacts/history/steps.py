@@ -139,7 +139,7 @@ class Stepper:
         mirror = None if isinstance(begin, Result) else here.derived.kinematics.mirror_on(
             here.grid.ny, heated=problem.friction_varies or self.hot)
         # Displacements are needed wherever a later contact may be.
-        here.traction.window_around(np.ones(here.grid.shape, dtype=bool), mirror, here.derived)
+        here.traction.window_around(np.ones(here.grid.shape, dtype=bool), mirror)
         guess = first_guess(here, None, hot=False)
         if begin == "steady":
             cold = fixed_point(here, guess, tolerances)

@@ -11,6 +11,7 @@ from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.many_contacts.wheelset.placement import Position
 from thermoroll_cli.physics.contact.active_set import Approach
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.tools.arrays import Array
 
@@ -28,7 +29,7 @@ class Indentation:
         grid = _grid(patch)
         self._gap = _gap(patch, grid)
         self._angle, self._deepest = patch.inclination(grid.y), patch.inclination(np.array([patch.overlap[1]]))
-        self._solver = NormalSolver(grid, contact_modulus)
+        self._solver = NormalSolver(grid, Bodies(contact_modulus))
         self.pressure = np.sqrt(np.maximum(-self._gap, 0.0)) if pressure is None else pressure
 
     def moved(self, position: Position) -> tuple[float, float]:

@@ -141,9 +141,8 @@ def _state_failures(level: Level) -> list[str]:
     if normal.pressure.min() < 0.0:
         reasons.append("negative pressure")
     if not normal.converged:
-        advice, relaxing = "", derived.relaxing
-        if relaxing is not None and (
-                ratio := relaxing.surface_modulus / relaxing.relaxed_modulus(relaxing.surface_modulus)) > MOST_RELAXED:
+        advice = ""
+        if (ratio := derived.bodies.contact_modulus / derived.bodies.softest) > MOST_RELAXED:
             advice = (f", another rolling.speed_m_s, or a relaxation that leaves more of the modulus: these surfaces relax to "
                       f"{ratio:.3g} times their instantaneous compliance, and above {MOST_RELAXED:g} pressures are not found "
                       "at all speeds")

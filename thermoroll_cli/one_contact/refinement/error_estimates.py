@@ -195,7 +195,7 @@ def estimates(grid: Resolution, without: Collection[str] = ()) -> dict[str, floa
     if "contact_y_mm" in summary and (scale := error_scale(moment, summary)) > 0.0:
         # It is the moment about another place on each grid.
         errors[moment] += abs(summary["force_x_N"]) * errors["contact_y_mm"] * error_scale("contact_y_mm", summary) / scale
-    if grid.derived.relaxing is not None and grid.derived.coatings is not None:
+    if grid.derived.bodies.relaxes and grid.derived.bodies.dispersive:
         for name in LOST_IN_LAYERS:
             errors[name] += TABULATED
     return errors
@@ -406,11 +406,11 @@ class Resolution:
     def edge(self) -> float:
         """Error of the largest pressure, over it, by a maximum at the leading edge of bodies that relax that is narrower than a
         few elements, or not seen at all; 0 where another one is the largest."""
-        relaxing, half = self.derived.relaxing, self.derived.scales.semi_axis_x
-        if relaxing is None:
+        bodies, half = self.derived.bodies, self.derived.scales.semi_axis_x
+        if not bodies.relaxes:
             return 0.0
         middle = self.summary["pressure_centre_MPa"] / self.summary["pressure_max_MPa"]
-        place, height = relaxing.leading_edge(half)
+        place, height = bodies.leading_edge(half)
         # Two patches have no middle.
         above = height * (1.0 if math.isnan(middle) else middle) - EDGE_BELOW
         return max(0.0, above) * min(1.0, EDGE * (2.2 * half / (self.elements * place)) ** 2)
@@ -419,12 +419,12 @@ class Resolution:
     def whole_row(self) -> float:
         """Error of the area of a contact that relaxes: where its border is not fitted inside elements, all of its leading or of
         its trailing edge is off by up to half of them, on the same side, b dx of π a b."""
-        derived, elements = self.derived, self.elements
-        if derived.relaxing is None:
+        derived, bodies, elements = self.derived, self.derived.bodies, self.elements
+        if not bodies.relaxes:
             return 0.0
         side, across = (2.2 * axis / elements for axis in (derived.scales.semi_axis_x, derived.scales.semi_axis_y))
         # What is lost in an element counts, too, which a border that is fitted does not know.
-        unknown = max(1.0 - derived.relaxing.near_border(side, across).trust, 2.0 * derived.relaxing.felt(side)[1])
+        unknown = max(1.0 - bodies.near_border(side, across).shear.trust, 2.0 * bodies.loss(side))
         return 2.2 / (math.pi * elements) * min(1.0, unknown)
 
 

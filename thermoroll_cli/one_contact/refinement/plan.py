@@ -331,5 +331,5 @@ def _cost(shape: tuple[int, int], run: list[str], derived: DerivedQuantities) ->
     rolling = 140 if derived.kinematics.mirror_on(shape[1], heated=False) is not None else 280
     transforms = 10 + (rolling if "tangential" in run else 0) * solves
     # The planes of layers that relax are a few times as large.
-    fields += 150 if derived.relaxing is not None and derived.coatings is not None else 0
+    fields += 150 if derived.bodies.relaxes and derived.bodies.dispersive else 0
     return 8 * padded * fields, 0.1 + transforms * padded * math.log2(padded) * 4e-10

@@ -50,17 +50,17 @@ RESOLVED_BORDER = 0.5
 
 def unresolved_coatings(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:
     """Doubt about coatings as thin as an element, which matter at the border and for the stresses in them."""
-    coatings, request, element = derived.coatings, derived.problem.subsurface, min(grid.dx, grid.dy)
+    bodies, request, element = derived.bodies.at_once, derived.problem.subsurface, min(grid.dx, grid.dy)
     for body in () if request is None else request.bodies:
         for layer in getattr(derived.problem, body).layers[:1]:
             if layer.thickness < THICK * element:
                 yield (f"the top layer of the {body} body's coating is {layer.thickness / element:.2g} elements thick: near "
                        "borders of contact and stick its stresses vary within elements; "
                        f"{_resolving(grid, layer.thickness)} would resolve them")
-    if coatings is None or coatings.near_border(grid.dx, grid.dy).trust >= RESOLVED_BORDER:
+    if bodies.near_border(grid.dx, grid.dy).shear.trust >= RESOLVED_BORDER:
         return
-    bodies = (coatings.lower, coatings.upper)
-    thickness = min(body.layers[0].thickness for body in bodies if body.layers)
+    coatings = (derived.problem.lower.elastic_layers, derived.problem.upper.elastic_layers)
+    thickness = min(layers[0].thickness for layers in coatings if layers)
     yield (f"the grid does not resolve the top layer of a coating, {thickness / element:.2g} elements thick: the contact ends "
            f"at the border of an element, which shows in areas; {_resolving(grid, thickness)} would resolve it")
 
@@ -76,7 +76,7 @@ def surface_of_substrates(derived: DerivedQuantities) -> Iterator[str]:
     """Doubt about a curved patch whose surface, and so its slip, was there before the share of its coatings was known."""
     geometry = derived.problem.geometry
     slips = derived.kinematics.has_traction and derived.problem.motion.differential_slip
-    if not (slips and derived.coatings is not None and isinstance(geometry, CurvedPatch)):
+    if not (slips and derived.bodies.dispersive and isinstance(geometry, CurvedPatch)):
         return
     taken, share = derived.problem.compliance_shares[0], derived.compliance_shares[0]
     slip = abs(share - taken) * derived.scales.approach * geometry.curvature_x / derived.saturation_creepage
@@ -90,8 +90,8 @@ def warnings_after(derived: DerivedQuantities, level: Level, heat: Heat | None, 
     """Doubts about the state of a `level` with its `heat` (None: there is none); `edge` is the error of the largest pressure by
     an edge that is not resolved."""
     grid = level.here.grid
-    if derived.relaxing is not None and edge >= SHARP_EDGE:
-        place, _ = derived.relaxing.leading_edge(derived.scales.semi_axis_x)
+    if edge >= SHARP_EDGE:
+        place, _ = derived.bodies.leading_edge(derived.scales.semi_axis_x)
         wanted = math.ceil(ELEMENTS_TO_EDGE * grid.dx / place * grid.nx)
         yield (f"the pressure has a maximum about {place * 1e6:.2g} µm behind the leading edge, {place / grid.dx:.2g} "
                f"elements, where the bodies have not relaxed yet: the largest pressure and traction may be "

@@ -12,9 +12,7 @@ import numpy as np
 from thermoroll_cli.exact.hertz import HertzContact
 from thermoroll_cli.physics.contact.active_set import Approach, Given
 from thermoroll_cli.physics.contact.contact_scales import ContactScales, contact_scales, hertz_at
-from thermoroll_cli.physics.halfspace.coatings import Coatings
-from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, coupling_constant
-from thermoroll_cli.physics.halfspace.relaxing import Relaxing
+from thermoroll_cli.physics.halfspace.bodies import Bodies, bodies_of
 from thermoroll_cli.physics.numerics.convolution import Parities
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.physics.rolling.differential_slip import DifferentialSlip, resolved
@@ -42,7 +40,7 @@ class DerivedQuantities:
     def hertz(self) -> HertzContact | None:
         """Hertz's contact of homogeneous elastic bodies with radii; None of others, which have `scales` alone."""
         p = self.problem
-        if not p.geometry.elliptic or p.relaxes or p.lower.elastic_layers or p.upper.elastic_layers:
+        if not p.geometry.elliptic or self.bodies.relaxes or self.bodies.dispersive:
             return None
         return hertz_at(p.geometry, p.contact_modulus, self.given)
 
@@ -52,38 +50,20 @@ class DerivedQuantities:
         p = self.problem
         if self.hertz is not None:
             return ContactScales.of_hertz(self.hertz)
-        return contact_scales(p.geometry, p.contact_modulus, self.given, self.coatings, self.relaxing)
+        return contact_scales(p.geometry, self.bodies, self.given)
 
     @cached_property
-    def coatings(self) -> Coatings | None:
-        """Contribution of coatings to influence tables; None without coatings."""
-        return Coatings.of(self.problem.lower, self.problem.upper)
-
-    @cached_property
-    def relaxing(self) -> Relaxing | None:
-        """Memory of bodies that relax, for influence tables; None for elastic bodies."""
-        return Relaxing.of(self.problem.lower, self.problem.upper, self.problem.motion.speed)
-
-    @cached_property
-    def shear_compliance(self) -> ShearCompliance:
-        lower, upper = self.problem.lower.surface, self.problem.upper.surface
-        of_surfaces = ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio),
-                                         interlayer=self.problem.interlayer.compliance)
-        return replace(of_surfaces, coatings=self.coatings, relaxing=self.relaxing, length=self.problem.length)
+    def bodies(self) -> Bodies:
+        """How both bodies respond to load."""
+        p = self.problem
+        return bodies_of(p.lower, p.upper, p.motion.speed, p.interlayer.compliance, p.length)
 
     @cached_property
     def compliance_shares(self) -> tuple[float, float]:
         """w₁ and w₂, the shares of the bodies in the compliance of this contact, of coated ones at its size."""
-        if self.coatings is None or self.problem.line:
-            return self.problem.compliance_shares
-        return self.coatings.shares(self.scales.semi_axis_x, self.scales.semi_axis_y)
-
-    @cached_property
-    def coupling_constant(self) -> float:
-        """K in 1/Pa, the coupling of the normal and the tangential problem; 0 for bodies without elastic mismatch. With layers
-        K of the surfaces' materials."""
-        lower, upper = self.problem.lower.surface, self.problem.upper.surface
-        return coupling_constant((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
+        if self.problem.line or not self.bodies.dispersive:
+            return self.bodies.shares
+        return self.bodies.shares_of(self.scales.semi_axis_x, self.scales.semi_axis_y)
 
     @property
     def dissimilar(self) -> bool:
@@ -95,10 +75,7 @@ class DerivedQuantities:
     def dundurs_beta(self) -> float:
         """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3). With layers β
         depends on the wave number; this is then the largest one, with E* of the surfaces' materials."""
-        constant = self.coupling_constant if self.coatings is None else self.coatings.coupling_constant
-        if self.relaxing is not None:
-            return self.relaxing.dundurs_beta(constant, self.problem.contact_modulus)
-        return math.pi * self.problem.contact_modulus * constant
+        return self.bodies.dundurs_beta
 
     def grid(self, shape: tuple[int, int], extent: float) -> Grid:
         """`shape` elements over `extent` semi-axes in each direction, or `numerics.across` across rolling; not beyond the ends
@@ -132,16 +109,12 @@ class DerivedQuantities:
         estimate, 3μW/(C G a b) with C ≈ 4, and what the interlayer adds), or a line contact does (Carter's μp₀ Σ(1−ν)/G, which
         is μa/R): the scale of all creepages. Compliances of bodies with layers, or that relax, are those for waves as long as
         the contact."""
-        scales, line = self.scales, self.problem.line
-        compliance = self.shear_compliance.along if line else self.shear_compliance.across
-        if self.coatings is not None:
-            compliance = float(self.coatings.compliance(np.array([1.0 / scales.mean_radius]))["tt" if line else "ss"][0])
-        if self.relaxing is not None:
-            compliance *= self.relaxing.softening(scales.semi_axis_x)
+        scales = self.scales
+        along, across = self.bodies.felt_shear(scales.mean_radius, scales.semi_axis_x)
         shear = self.interlayer_shear / scales.semi_axis_x
-        if line:
-            return self.problem.friction.coefficient * scales.peak_pressure * compliance + shear
-        modulus = 2.0 / compliance  # G of two equal bodies
+        if self.problem.line:
+            return self.problem.friction.coefficient * scales.peak_pressure * along + shear
+        modulus = 2.0 / across  # G of two equal bodies
         return 3.0 * self.problem.traction_limit / (4.0 * modulus * scales.mean_radius**2) + shear
 
     @property

@@ -84,8 +84,7 @@ class Discretisation:
             derived, self.grid, None if followed else extent, self.options.tolerances.normal,
             whole_elements=self.options.whole_elements, coarser=None if coarser is None else coarser.pressure,
             start=start)
-        self.traction = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling, derived.coatings,
-                                       derived.relaxing)
+        self.traction = TractionSolver(self.grid, derived.bodies, threads, self.options.rolling)
         self.responses = HeatResponses(self.grid, None if before is None else before.responses.tables)
 
     def under(self, derived: DerivedQuantities, responses: HeatResponses | None = None) -> Discretisation:
@@ -112,8 +111,8 @@ class Discretisation:
     def has_kernels_of(self, derived: DerivedQuantities) -> bool:
         """True if the solvers also serve another problem on this grid: the same bodies and gap, pressed together in the same
         way to the same isothermal pressure."""
-        one, other = ((of.problem.approach is None, of.problem.geometry, of.scales, of.problem.contact_modulus, of.coatings,
-                       of.relaxing, of.shear_compliance, of.coupling_constant) for of in (self.derived, derived))
+        one, other = ((of.problem.approach is None, of.problem.geometry, of.scales, of.bodies)
+                      for of in (self.derived, derived))
         return one == other
 
     @property

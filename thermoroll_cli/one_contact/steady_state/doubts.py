@@ -111,12 +111,11 @@ def _half_space_warnings(derived: DerivedQuantities) -> Iterator[str]:
 
 def relaxation_facts(derived: DerivedQuantities) -> dict[str, float]:
     """E* that the contact feels, at the frequency V/a, and the lengths that are rolled in the retardation times, over a."""
-    relaxing, half = derived.relaxing, derived.scales.semi_axis_x
-    assert relaxing is not None
+    bodies, half = derived.bodies, derived.scales.semi_axis_x
     lengths = {f"retardation_length_{number}_{body}_over_a": derived.problem.motion.speed * time / half
                for body in BODIES
                for number, (_, time) in enumerate(getattr(derived.problem, body).surface.retardation, 1)}
-    return {"felt_modulus_GPa": 1e-9 * relaxing.surface_modulus / relaxing.softening(half), **lengths}
+    return {"felt_modulus_GPa": 1e-9 * bodies.contact_modulus / bodies.softening(half), **lengths}
 
 
 def _constants(problem: Problem) -> Iterator[str]:

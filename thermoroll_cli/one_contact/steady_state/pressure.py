@@ -53,8 +53,7 @@ class PressureSolver:
 
     @cached_property
     def solver(self) -> NormalSolver:
-        return NormalSolver(self.grid, self._derived.problem.contact_modulus, self._derived.coatings, self.cosine,
-                            self._derived.relaxing)
+        return NormalSolver(self.grid, self._derived.bodies, self.cosine)
 
     @cached_property
     def isothermal(self) -> Pressure:
@@ -71,7 +70,7 @@ class PressureSolver:
         else:
             finer, coarse = Prolongation(self._coarser.grid, self.grid), self._coarser.isothermal
             start = np.asarray(finer(coarse.start))
-            if self._derived.coatings is not None:
+            if self._derived.bodies.dispersive:
                 # Below stiff layers a contact that is too wide shrinks by a ring of elements per active set.
                 start = start * (np.asarray(finer(coarse.covered)) > 0.5)
         return self.solve(None, start, self._tolerance,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from thermoroll_cli.one_contact.steady_state.discretisation import Discretisatio
 from thermoroll_cli.one_contact.steady_state.heated_bodies import peclet_numbers
 from thermoroll_cli.one_contact.steady_state.iteration import expansion_in
 from thermoroll_cli.one_contact.steady_state.pressure import FAR
+from thermoroll_cli.physics.halfspace.bodies import bodies_of
 from thermoroll_cli.physics.heat.frictional_heat import Heat, divide
 from thermoroll_cli.physics.numerics.grid import Grid, between_sides, patches_across, peak_inside, peak_value, value_at
 from thermoroll_cli.physics.rolling.element_borders import stick_share
@@ -70,7 +70,7 @@ def stick_share_of(discretisation: Discretisation, contact: Contact) -> Array:
         return contact.normal.covered * tangential.stick
     bound = contact.traction_bound(derived.problem.friction.coefficient)
     return stick_share(tangential.traction, tangential.slip, bound, tangential.stick, contact.normal.covered,
-                       grid.dx, grid.dy, derived.shear_compliance.near_border(grid.dx, grid.dy))
+                       grid.dx, grid.dy, derived.bodies.near_border(grid.dx, grid.dy).shear)
 
 
 def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Array) -> dict[str, float]:
@@ -272,7 +272,7 @@ def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[
     if contact.local_friction is not None and pressure.any():
         scalars["friction_mean"] = float((contact.local_friction * pressure).sum() / pressure.sum())
     if law is not None:
-        bodies = replace(derived.shear_compliance, interlayer=0.0)
+        bodies = bodies_of(problem.lower, problem.upper, problem.motion.speed, length=problem.length)
         own = RollingGradient((1, 1), grid.dx, grid.dy, bodies).self_gradient[0]
         steepness = problem.friction.coefficient * law.steepest * problem.motion.speed * own
         scalars["falling_friction_criterion"] = contact.normal.peak * steepness

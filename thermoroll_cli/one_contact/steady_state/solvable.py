@@ -138,7 +138,7 @@ def _relaxing_layers(derived: DerivedQuantities) -> Iterator[Unsolvable]:
                              "bodies without such layers", other)
         # Before it relaxes, the contact is smaller, and quickly found.
         problem, thinnest = derived.problem, min(layer.thickness for layer in layers)
-        scales = contact_scales(problem.geometry, problem.contact_modulus, problem.normal_force, derived.coatings)
+        scales = contact_scales(problem.geometry, derived.bodies.at_once, problem.normal_force)
         width = max(scales.semi_axis_x, scales.semi_axis_y)
         if thinnest < THINNEST_RELAXING * width:
             yield Unsolvable(f"a layer of {thinnest * 1e6:.3g} µm in a coating that relaxes is too thin for a contact of "

@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.hertz import shear_gradients
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.contact.shear_coupling import NormalShearCoupling
-from thermoroll_cli.physics.halfspace.coatings import Coatings
-from thermoroll_cli.physics.halfspace.elastic import normal_table
-from thermoroll_cli.physics.halfspace.relaxing import Relaxing
-from thermoroll_cli.physics.numerics.convolution import Convolution, Parities, half_plane_symbol, multiply, unfolded
+from thermoroll_cli.physics.halfspace.bodies import Bodies
+from thermoroll_cli.physics.numerics.convolution import Convolution, Parities, in_pairs, multiply, unfolded
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.physics.rolling.element_borders import continued_gradient, known_gradient
 from thermoroll_cli.physics.rolling.hardening import Hardening
@@ -28,7 +26,7 @@ from thermoroll_cli.physics.rolling.slip_heat import heat_of_slip
 from thermoroll_cli.problem.contact import Past, Pressure, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.tools.arrays import Array, Mask
+from thermoroll_cli.tools.arrays import AnyArray, Array, Mask
 
 FORCE_TOLERANCE = 0.4
 """Factor of the tolerance of tractions under a prescribed force: the creepage amplifies the remaining residual. So it is from
@@ -109,13 +107,9 @@ def window_around(contact: Mask, mirror: Parities | None) -> Window:
 class TractionSolver:
     """Solves tangential problems that share kernels (`Discretisation.has_kernels_of`); keeps the solvers of their windows."""
 
-    def __init__(
-        self, grid: Grid, coupling_constant: float, threads: int, options: RollingOptions, coatings: Coatings | None = None,
-        relaxing: Relaxing | None = None,
-    ) -> None:
-        self.grid, self.options, self._coatings, self._relaxing = grid, options, coatings, relaxing
-        self._coupling_constant = coupling_constant
-        self._threads = threads
+    def __init__(self, grid: Grid, bodies: Bodies, threads: int, options: RollingOptions) -> None:
+        self.grid, self.bodies, self.options, self._threads = grid, bodies, options, threads
+        self._near = bodies.near_border(grid.dx, grid.dy)
         self._windows: dict[Parities | None, Window] = {}
         self._solvers: dict[Parities | None, RollingSolver] = {}
         self._over_time: dict[tuple[Parities | None, float, bool], RollingSolver] = {}
@@ -124,8 +118,7 @@ class TractionSolver:
     @cached_property
     def coupling(self) -> NormalShearCoupling:
         """Coupling of pressure and shear of unlike bodies."""
-        return NormalShearCoupling(self.grid, self._coupling_constant, self.options.difference_weights, self._coatings,
-                                   self._relaxing)
+        return NormalShearCoupling(self.grid, self.bodies, self.options.difference_weights)
 
     def solve(
         self, derived: DerivedQuantities, normal: Pressure, rigid: Array, start: Traction, tolerance: float,
@@ -136,7 +129,7 @@ class TractionSolver:
         problem, motion, past = derived.problem, derived.problem.motion, derived.past
         mirror = derived.kinematics.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
         # A contact that grows meets material that has moved: displacements are needed everywhere.
-        window = self.window_around(normal.contact if past is None else np.ones_like(normal.contact), mirror, derived)
+        window = self.window_around(normal.contact if past is None else np.ones_like(normal.contact), mirror)
         solver = self._solvers[mirror] if past is None else self._step_solver(mirror, past)
         before = solver.gradient.applications
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
@@ -199,7 +192,7 @@ class TractionSolver:
     def _carter(self, derived: DerivedQuantities, cell: TangentialProblem, window: Window) -> Start:
         """Tractions and creepages of Carter (`Kinematics.carter`) to begin from: a third of the applications, since from full
         stick the end of slip moves on by an element or two per step."""
-        hertz, limit, compliance = derived.hertz, derived.problem.traction_limit, derived.shear_compliance
+        hertz, limit, compliance = derived.hertz, derived.problem.traction_limit, self.bodies.shear
         assert hertz is not None
         most = derived.problem.friction.coefficient * hertz.peak_pressure
         compliances = np.array([compliance.along, compliance.across])
@@ -232,7 +225,7 @@ class TractionSolver:
 
     # --- the window ----------------------------------------------------------------------------------------------
 
-    def window_around(self, contact: NDArray[np.bool_], mirror: Parities | None, derived: DerivedQuantities) -> Window:
+    def window_around(self, contact: NDArray[np.bool_], mirror: Parities | None) -> Window:
         """Window around the contact; the last one, with its solver, is kept while it still holds the contact."""
         need, last = window_around(contact, mirror), self._windows.get(mirror)
         if last is not None and last.holds(need):
@@ -241,7 +234,7 @@ class TractionSolver:
         self._windows[mirror] = window
         self._over_time.clear()
         self._solvers[mirror] = RollingSolver(RollingGradient(
-            window.shape, self.grid.dx, self.grid.dy, derived.shear_compliance, self._threads, mirror,
+            window.shape, self.grid.dx, self.grid.dy, self.bodies, self._threads, mirror,
             self.options.difference_weights), self.options)
         return window
 
@@ -261,7 +254,7 @@ class TractionSolver:
             return tangential.displacement
         if not tangential.traction.any():
             return np.zeros_like(tangential.traction)
-        window = self.window_around(np.ones(self.grid.shape, dtype=bool), None, derived)
+        window = self.window_around(np.ones(self.grid.shape, dtype=bool), None)
         return np.asarray(self._solvers[None].gradient.displacement(window.cut(tangential.traction))[:, MARGIN:-MARGIN])
 
     def solver_of(self, window: Window) -> RollingSolver:
@@ -269,11 +262,6 @@ class TractionSolver:
         return self._solvers[window.mirror]
 
     # --- the leading edge --------------------------------------------------------------------------------------
-
-    @property
-    def _differs(self) -> Relaxing | Coatings | None:
-        """What makes the bodies differ from elastic half-spaces."""
-        return self._relaxing or self._coatings
 
     def leading(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """Error of the difference formula at the leading edge (`known_gradient`), (3, n, m) in the window."""
@@ -286,10 +274,10 @@ class TractionSolver:
 
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """`leading` computed anew, for one application: under Hertz's pressure from the closed form, else from the gap."""
-        grid, compliance = self.grid, derived.shear_compliance.near_border(self.grid.dx, self.grid.dy)
+        grid, compliance = self.grid, self._near.shear
         # Of the half-spaces that stand for the bodies at the border; for elastic half-spaces the solver's own.
-        operator = self._solvers[window.mirror].gradient if self._differs is None else RollingGradient(
-            window.shape, grid.dx, grid.dy, compliance, self._threads, window.mirror, self.options.difference_weights)
+        operator = self._solvers[window.mirror].gradient if self._near is self.bodies else RollingGradient(
+            window.shape, grid.dx, grid.dy, self._near, self._threads, window.mirror, self.options.difference_weights)
         gradient = operator.of_shape(window.cut(normal.pressure))
         both = window.both_sides
         if window.mirror is not None:
@@ -301,10 +289,7 @@ class TractionSolver:
             exact = np.stack([along * x, across * x, mixed * y])
         else:
             closed = self._closing(derived, normal)[both.rows.start : both.rows.stop + 2 * MARGIN, both.columns]
-            modulus = derived.problem.contact_modulus
-            if self._differs is not None:
-                modulus = self._differs.near_border(grid.dx, grid.dy).contact_modulus
-            isotropic = np.pi * modulus * difference(closed, self.options.difference_weights, grid.dx)
+            isotropic = np.pi * self._near.contact_modulus * difference(closed, self.options.difference_weights, grid.dx)
             exact = continued_gradient(pressure, gradient, isotropic, grid.dx, grid.dy, compliance)
         return known_gradient(pressure, gradient, exact, covered)[:, :, -window.shape[1] :]
 
@@ -318,28 +303,23 @@ class TractionSolver:
         if normal.offset is not None:
             # Rows beyond the domain only matter on the coarsest grids.
             closing += np.pad(normal.offset, ((MARGIN, MARGIN), (0, 0)), mode="reflect", reflect_type="odd")
-        if self._by_layers is not None:
-            convolution, kernel = self._by_layers
+        if self._beyond_border is not None:
+            convolution, kernel = self._beyond_border
             hat = convolution.forward(normal.pressure)
             closing -= convolution.inverse(multiply(hat, kernel, out=hat))
         return closing
 
     @cached_property
-    def _by_layers(self) -> tuple[Convolution, Array] | None:
-        """Kernel of the normal displacement less that of the half-spaces at the border, on `MARGIN` more rows."""
-        if self._differs is None:
+    def _beyond_border(self) -> tuple[Convolution, AnyArray] | None:
+        """Kernel of the normal displacement less that of the half-spaces at the border, on `MARGIN` more rows; None of bodies
+        that are these half-spaces."""
+        if self._near is self.bodies:
             return None
-        grid, place = self.grid, (self.grid.nx + MARGIN, self.grid.ny, self.grid.dx, self.grid.dy)
-        surface, border = self._differs.surface_modulus, self._differs.near_border(grid.dx, grid.dy).contact_modulus
-        table = normal_table(*place, surface) - normal_table(*place, border)
-        if self._coatings is not None:
-            table = self._coatings.normal_table(*place) + table
-        convolution = Convolution(*grid.shape, MARGIN, MARGIN)
-        kernel = convolution.quadrant_spectrum(table)
-        if self._relaxing is not None:
-            memory = half_plane_symbol(self._relaxing.normal_table(*place), (convolution.px, convolution.py))
-            kernel = kernel[:, ::2] + memory
-        return convolution, kernel
+        place = self.grid.nx + MARGIN, self.grid.ny, self.grid.dx, self.grid.dy
+        own, near = (bodies.normal_table(*place) for bodies in (self.bodies, self._near))
+        convolution = Convolution(*self.grid.shape, MARGIN, MARGIN)
+        rest = own._replace(quadrant=own.quadrant - near.quadrant)
+        return convolution, in_pairs(rest.symbol((convolution.px, convolution.py)))
 
 
 def coulomb_bound(problem: Problem, pressure: Array, friction: Array | None, grid: Grid) -> Array:

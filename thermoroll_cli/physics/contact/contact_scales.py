@@ -13,8 +13,7 @@ import scipy
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.physics.contact.active_set import Approach, Given
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
-from thermoroll_cli.physics.halfspace.coatings import Coatings
-from thermoroll_cli.physics.halfspace.relaxing import Relaxing
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.grid import Domain, Grid, Prolongation, peak_value
 from thermoroll_cli.problem.geometry import ContactGeometry, Unsolvable
 from thermoroll_cli.tools.arrays import Array
@@ -101,17 +100,13 @@ def hertz_at(geometry: ContactGeometry, contact_modulus: float, given: Given) ->
 
 
 @lru_cache(maxsize=64)
-def contact_scales(
-    geometry: ContactGeometry, contact_modulus: float, given: Given, coatings: Coatings | None = None,
-    relaxing: Relaxing | None = None,
-) -> ContactScales:
-    """Scales of the contact of two bodies of which one has a profile or a coating or relaxes, from a coarse normal solution
-    under a normal force (N) or at an approach.
+def contact_scales(geometry: ContactGeometry, bodies: Bodies, given: Given) -> ContactScales:
+    """Scales of the contact of two bodies for which Hertz has no closed form, from a coarse normal solution under a normal
+    force (N) or at an approach.
 
     The first domain is the overlap of the rigid bodies, the second one the contact found in it. Raises Unsolvable where the
     bodies never face each other.
     """
-    bodies = _Bodies(contact_modulus, coatings, relaxing)
     if geometry.elliptic:
         return _of_smooth(geometry, bodies, given)
     low, high = geometry.limits
@@ -143,7 +138,7 @@ def contact_scales(
     return (finer or solution).scales
 
 
-def _of_smooth(geometry: ContactGeometry, bodies: _Bodies, given: Given) -> ContactScales:
+def _of_smooth(geometry: ContactGeometry, bodies: Bodies, given: Given) -> ContactScales:
     """Scales of coated or relaxing bodies: the first domain is Hertz's contact of the surfaces' materials, relaxed, each
     further one the contact found."""
     hertz = hertz_at(geometry, bodies.softest, given)
@@ -162,20 +157,6 @@ def _of_smooth(geometry: ContactGeometry, bodies: _Bodies, given: Given) -> Cont
         if fits == DOMAIN_FITS:
             return solution.scales
     raise Unsolvable("no contact of these bodies was found", "material")
-
-
-@dataclass(frozen=True)
-class _Bodies:
-    """What deforms: E* of the surfaces' materials (Pa), coatings, relaxation."""
-
-    contact_modulus: float
-    coatings: Coatings | None
-    relaxing: Relaxing | None
-
-    @property
-    def softest(self) -> float:
-        """E* of the surfaces' materials after a long time."""
-        return self.contact_modulus if self.relaxing is None else self.relaxing.relaxed_modulus(self.contact_modulus)
 
 
 @dataclass(frozen=True)
@@ -225,7 +206,7 @@ def _overlap(y: Array, gap: Array, contact_modulus: float, normal_force: float) 
 
 
 def _solve(
-    geometry: ContactGeometry, bodies: _Bodies, given: Given, box: _Box, limits: tuple[float, float],
+    geometry: ContactGeometry, bodies: Bodies, given: Given, box: _Box, limits: tuple[float, float],
     before: _Found | float, *, mirror: bool,
 ) -> _Found | None:
     """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends. `before`
@@ -237,7 +218,7 @@ def _solve(
     gap = geometry.gap(grid.x, grid.y) / cosine
     start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
              else np.sqrt(np.maximum(OVERLAP_SHARE * before - gap, 0.0)))
-    solver = NormalSolver(grid, bodies.contact_modulus, bodies.coatings, cosine, bodies.relaxing)
+    solver = NormalSolver(grid, bodies, cosine)
     solution = solver.solve(gap, given, start, COARSE_TOLERANCE)
     share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
@@ -250,7 +231,7 @@ def _solve(
     if geometry.leans:
         # A patch that leans spans more than its longest line of rolling.
         along, centre_x = (rows[-1] - rows[0] + 1) * grid.dx, 0.5 * (grid.x[rows[0]] + grid.x[rows[-1]])
-    elif bodies.relaxing is not None:
+    elif bodies.relaxes:
         # The contact leads.
         part = np.pad(share.max(axis=1), 1)
         rear = grid.x[rows[0]] - part[rows[0] : rows[0] + 2].sum() * grid.dx

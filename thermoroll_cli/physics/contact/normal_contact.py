@@ -31,16 +31,12 @@ from thermoroll_cli.physics.contact.active_set import (
     settle,
 )
 from thermoroll_cli.physics.contact.stiff_layers import Blocks, has_stiff_layers
-from thermoroll_cli.physics.halfspace.coatings import Coatings
-from thermoroll_cli.physics.halfspace.elastic import normal_table
-from thermoroll_cli.physics.halfspace.relaxing import Relaxing
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.convolution import (
     Convolution,
     around,
-    half_plane_symbol,
     in_pairs,
     multiply,
-    quadrant_symbol,
 )
 from thermoroll_cli.physics.numerics.grid import Grid, framed, neighbour_max, neighbour_sum
 from thermoroll_cli.physics.numerics.krylov import Vector, gmres
@@ -61,50 +57,28 @@ MOST_ITERATIONS = 120
 
 
 class NormalSolver:
-    """Keeps Love's kernel and the plans for one grid. `applications` counts convolutions.
+    """Keeps the kernel of the `bodies` and the plans for one grid. `applications` counts convolutions.
 
-    With `coatings`, `contact_modulus` is that of the surfaces' materials. If the common surface is inclined, `cosine`
-    (ny,) is the cosine w of its inclination: pressures are then w p, which carry the load, and gaps and displacements are those
-    along the normals over w, which an approach closes evenly."""
+    If the common surface is inclined, `cosine` (ny,) is the cosine w of its inclination: pressures are then w p, which carry
+    the load, and gaps and displacements are those along the normals over w, which an approach closes evenly."""
 
-    def __init__(
-        self, grid: Grid, contact_modulus: float, coatings: Coatings | None = None, cosine: Array | None = None,
-        relaxing: Relaxing | None = None,
-    ) -> None:
-        nx, ny = grid.shape
-        self.grid = grid
+    def __init__(self, grid: Grid, bodies: Bodies, cosine: Array | None = None) -> None:
+        self.grid, self.bodies = grid, bodies
         self._cosine = None if cosine is None or (cosine == 1.0).all() else cosine
-        self.contact_modulus, self._border_trust, self._coated = contact_modulus, 1.0, coatings is not None
         self.applications = 0
-        self._blocks: Blocks | None = None
-        self._convolution = Convolution(nx, ny)
-        rows, columns = (max(n, period // 2 + 1) for n, period in zip(grid.shape, around(grid.shape), strict=True))
-        self._table = normal_table(rows, columns, grid.dx, grid.dy, contact_modulus)
-        self._bodies = contact_modulus, coatings, relaxing
-        if coatings is not None:
-            self._table = self._table + coatings.normal_table(rows, columns, grid.dx, grid.dy)
-            if has_stiff_layers(grid, coatings):
-                self._blocks = Blocks(grid, contact_modulus, coatings)
-            border = coatings.near_border(grid.dx, grid.dy)
-            self.contact_modulus, self._border_trust = border.contact_modulus, border.trust
-        self._kernel, self._symmetric = self._convolution.quadrant_spectrum(self._table), relaxing is None
-        if relaxing is not None:
-            added = relaxing.normal_table(nx, ny, grid.dx, grid.dy)
-            self._kernel = self._kernel[:, ::2] + half_plane_symbol(added, (self._convolution.px, self._convolution.py))
-            near = relaxing.near_border(grid.dx, grid.dy)
-            self.contact_modulus, self._border_trust = near.contact_modulus, near.trust
+        self._convolution = Convolution(*grid.shape)
+        self._table = bodies.normal_table(*grid.shape, grid.dx, grid.dy)
+        self._kernel = in_pairs(self._table.symbol((self._convolution.px, self._convolution.py)))
+        self._blocks = Blocks(grid, bodies.at_once) if has_stiff_layers(grid, bodies) else None
         self._hat = self._convolution.empty_spectrum()
 
     @cached_property
     def _inverse(self) -> tuple[Convolution, AnyArray]:
         """A plane that the kernel is wrapped around, which costs a preconditioner nothing, and the inverse of its symbol."""
-        (modulus, coatings, relaxing), grid, period = self._bodies, self.grid, around(self.grid.shape)
-        symbol: AnyArray = (quadrant_symbol(self._table, period) if coatings is None
-                            else coatings.periodic_symbols(period, grid.dx, grid.dy)[0])
-        if relaxing is not None:
-            symbol = relaxing.periodic_symbol(symbol, period, grid.dx, grid.dy, modulus)
+        grid, period = self.grid, around(self.grid.shape)
+        symbol = self.bodies.normal_symbol(self._table, period, grid.dx, grid.dy)
         # Rounding could leave a wavenumber without stiffness; the kernel itself is positive.
-        stiff = np.maximum(symbol, 1e-12 * symbol.max()) if self._symmetric else symbol
+        stiff = symbol if self.bodies.relaxes else np.maximum(symbol, 1e-12 * symbol.max())
         return Convolution(*grid.shape, padded=period), in_pairs(1.0 / stiff)
 
     def displacement(self, pressure: Array) -> Array:
@@ -120,7 +94,7 @@ class NormalSolver:
     def hysteresis(self, pressure: Array) -> float:
         """∬ p ∂u_z/∂x in N (of a line contact N/m): what `pressure` (Pa, (nx, ny)) loses in bodies that relax, per distance
         rolled."""
-        if self._symmetric:
+        if not self.bodies.relaxes:
             return 0.0
         hat = self._convolution.forward(pressure)
         return -self._convolution.drift(np.abs(hat) ** 2 * self._kernel.imag) * self.grid.element_area / self.grid.dx
@@ -186,7 +160,7 @@ class NormalSolver:
 
     def _close(self, gap: Array, given: Given) -> Close:
         """How the gap is closed on one active set."""
-        if self._symmetric:
+        if not self.bodies.relaxes:
             return partial(self._conjugate_gradients, gap, given)
         return partial(self.closed_by_gmres, self._respond, gap, given, None)
 
@@ -251,7 +225,7 @@ class NormalSolver:
             given = given / self.grid.element_area
         settled = settle(self._respond, self._close(gap, given), gap, given, pressure, tolerance,
                          reduction=FIRST_REDUCTION, most_sets=max_iterations, most_iterations=max_iterations,
-                         hand_over=_handed_over if self._coated else None)
+                         hand_over=_handed_over if self.bodies.dispersive else None)
         displacement = self.displacement(settled.pressure)  # without the rounding of all steps
         left = np.where(settled.contact, 0.0, displacement + gap - settled.approach)
         return replace(settled, displacement=displacement, gap=left)
@@ -262,8 +236,9 @@ class NormalSolver:
 
     def border(self, solution: NormalSolution, *, mirrored: bool = False) -> tuple[Mask, Array, Array]:
         """`border_elements` of a solution with whole elements."""
-        return border_elements(solution.pressure, solution.contact, solution.gap, self.grid, self.contact_modulus,
-                               self._border_trust, mirrored=mirrored)
+        near = self.bodies.near_border(self.grid.dx, self.grid.dy)
+        return border_elements(solution.pressure, solution.contact, solution.gap, self.grid, near.contact_modulus,
+                               near.shear.trust, mirrored=mirrored)
 
     def refine(
         self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9, *, mirrored: bool = False

@@ -4,45 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from thermoroll_cli.physics.halfspace.coatings import Coatings
-from thermoroll_cli.physics.halfspace.elastic import coupling_tables
-from thermoroll_cli.physics.halfspace.relaxing import Relaxing
-from thermoroll_cli.physics.numerics.convolution import Convolution, both_sides
+from thermoroll_cli.physics.halfspace.bodies import Bodies, Coupling
+from thermoroll_cli.physics.numerics.convolution import Convolution
 from thermoroll_cli.physics.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS, Grid
 from thermoroll_cli.tools.arrays import Array, Spectrum
 
 
 class NormalShearCoupling:
-    """Both directions of the coupling on one grid, for the constant K (1/Pa, `coupling_constant`) of the surfaces' materials,
-    the contribution of `coatings`, and the `weights` of the difference formula.
+    """Both directions of the coupling of two `bodies` on one grid, with the `weights` of the difference formula.
 
     In the tangential problem the pressure is a further part of the rigid slip, −∂u^p/∂x (`tangential_gradient`); in the normal
     problem the tractions are an offset of the gap, like a thermal expansion (`normal_displacement`). Kernels and the derivation
     of their signs: `coupling_tables`.
     """
 
-    def __init__(
-        self, grid: Grid, constant: float, weights: tuple[float, ...] = UPSTREAM_WEIGHTS, coatings: Coatings | None = None,
-        relaxing: Relaxing | None = None,
-    ) -> None:
-        self.grid, self.constant, self._weights, self._coatings, self._relaxing = grid, constant, weights, coatings, relaxing
+    def __init__(self, grid: Grid, bodies: Bodies, weights: tuple[float, ...] = UPSTREAM_WEIGHTS) -> None:
+        self.grid, self.bodies, self._weights = grid, bodies, weights
         self._convolution = Convolution(*grid.shape)
         self._gradient_kernels: list[Spectrum] = []
         self._displacement_kernels: list[Spectrum] = []
 
-    def _tables(self) -> list[list[tuple[float, Array]]]:
-        """For x and y factors (1/Pa) and tables (m) at offsets −(nx+1)…nx+1 by −(ny−1)…ny−1, of which the kernel is the sum."""
-        place = self.grid.nx + 2, self.grid.ny, self.grid.dx, self.grid.dy
-        parts = [(self.constant, coupling_tables(*place))]
-        if self._coatings is not None:
-            # In units in which the factor is one.
-            parts.append((1.0, self._coatings.coupling_tables(*place)))
-        tables = [[(factor, _all_offsets(tables[axis], *parities)) for factor, tables in parts]
-                  for axis, parities in enumerate(((-1, 1), (1, -1)))]
-        if self._relaxing is not None:
-            for kept, memory, parity in zip(tables, self._relaxing.coupling_tables(*place), (1, -1), strict=True):
-                kept.append((1.0, both_sides(memory, parity)))
-        return tables
+    def _tables(self) -> Coupling:
+        """Those of the bodies, with two rows more at either end."""
+        return self.bodies.coupling_tables(self.grid.nx + 2, self.grid.ny, self.grid.dx, self.grid.dy)
 
     def tangential_gradient(self, pressure: Array) -> Array:
         """∂u^p/∂x, (2, nx, ny): gradient of the relative tangential displacement by the pressure (nx, ny) in Pa.
@@ -76,7 +60,7 @@ class NormalShearCoupling:
 
     def hysteresis(self, pressure: Array, traction: Array) -> float:
         """∬ (τ·∂u^p/∂x + p ∂u_z^τ/∂x) in N: what both lose by their coupling in bodies that relax, per distance rolled."""
-        if self._relaxing is None:
+        if not self.bodies.relaxes:
             return 0.0
         self._with_displacement_kernels()
         pressed = self._convolution.forward(pressure)
@@ -94,8 +78,3 @@ class NormalShearCoupling:
             hat *= self._displacement_kernels[1]
             total += hat
         return self._convolution.inverse(total)
-
-
-def _all_offsets(quadrant: Array, parity_x: int, parity_y: int) -> Array:
-    """(n, m) at offsets ≥ 0 -> (2n−1, 2m−1) at all offsets, for a kernel even (1) or odd (−1) along each axis."""
-    return both_sides(np.concatenate([parity_x * quadrant[:0:-1], quadrant]), parity_y)

@@ -16,8 +16,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from thermoroll_cli.physics.halfspace.coatings import Coatings
-from thermoroll_cli.physics.halfspace.elastic import normal_table
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.convolution import Convolution, multiply
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.tools.arrays import Array, Mask
@@ -30,18 +29,18 @@ WIDTH = 0.6
 """Standard deviation, in blocks, of the Gaussians that interpolate between block averages."""
 
 
-def has_stiff_layers(grid: Grid, coatings: Coatings) -> bool:
+def has_stiff_layers(grid: Grid, bodies: Bodies) -> bool:
     """Whether the compliance falls more steeply than 1/k between the longest and the shortest waves on the grid."""
     longest = max(n * side for n, side in zip(grid.sides, (grid.dx, grid.dy), strict=False))
     shortest = min(grid.dx, grid.dy)
-    compliance = coatings.compliance(np.pi * np.geomspace(1.0 / longest, 1.0 / shortest, 64))["nn"]
+    compliance = bodies.compliance(np.pi * np.geomspace(1.0 / longest, 1.0 / shortest, 64))["nn"]
     return bool((np.maximum.accumulate(compliance) / compliance).max() > STEEP)
 
 
 class Blocks:
     """Blocks of elements of a grid, symmetric about its middle, and their compliance."""
 
-    def __init__(self, grid: Grid, contact_modulus: float, coatings: Coatings) -> None:
+    def __init__(self, grid: Grid, bodies: Bodies) -> None:
         side = grid.size / BLOCKS
         sizes = [max(round(side / spacing), 1) for spacing in (grid.dx, grid.dy)]
         counts = [2 * math.ceil(n / (2 * size)) for n, size in zip(grid.shape, sizes, strict=True)]
@@ -54,7 +53,7 @@ class Blocks:
         self._elements = math.prod(sizes)
         (nx, ny), dx, dy = counts, sizes[0] * grid.dx, sizes[1] * grid.dy
         # Displacement under a unit sum of the elements' pressures.
-        self._table = (normal_table(nx, ny, dx, dy, contact_modulus) + coatings.normal_table(nx, ny, dx, dy)) / self._elements
+        self._table = bodies.normal_table(nx, ny, dx, dy).quadrant / self._elements
         self._convolution = Convolution(nx, ny)
         self._kernel = self._convolution.quadrant_spectrum(self._table)
 

@@ -13,56 +13,29 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from thermoroll_cli.tools.arrays import Array
 
 
-class RelaxingCompliance(Protocol):
-    """Additional tangential compliance by the memory of bodies that relax (`relaxing.Relaxing`)."""
-    def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
-    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> ShearCompliance: ...
-
-
-class AddedCompliance(RelaxingCompliance, Protocol):
-    """Additional tangential compliance by the coatings of two half-spaces (`coatings.Coatings`)."""
-    def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
-
-
 @dataclass(frozen=True)
 class ShearCompliance:
     """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa, and the tangential compliance h/G of an `interlayer`
-    between them in m/Pa: the constants of the tangential kernel.
+    between them in m/Pa: the constants of the tangential kernel of two half-spaces.
 
-    Strips have the displacements in the middle of their `length` (m), those of an infinite one up to a constant. For bodies
-    with `coatings` these are constants of the surfaces' materials, for `relaxing` ones the instantaneous constants.
-    `trust`, 0 to 1, says how well half-spaces of these describe the bodies near a border (`near_border`)."""
+    `trust`, 0 to 1, says how well these describe other bodies near a border (`bodies.Bodies.near_border`)."""
 
     isotropic: float
     directional: float
     interlayer: float = 0.0
-    coatings: AddedCompliance | None = None
     trust: float = 1.0
-    relaxing: RelaxingCompliance | None = None
-    length: float = math.inf
 
     @classmethod
     def of(cls, *bodies: tuple[float, float], interlayer: float = 0.0) -> ShearCompliance:
         """From (shear modulus in Pa, Poisson ratio) of each body, and the compliance of the interlayer in m/Pa."""
         isotropic = sum((1.0 - nu) / (2.0 * np.pi * g) for g, nu in bodies)
         return cls(isotropic, sum(nu / (2.0 * np.pi * g) for g, nu in bodies), interlayer)
-
-    def near_border(self, dx: float, dy: float) -> ShearCompliance:
-        """Compliance of the half-spaces that stand for the bodies within an element of dx × dy (m) at a border."""
-        added = self.relaxing or self.coatings
-        return self if added is None else added.near_border(dx, dy, self.interlayer)
-
-    @property
-    def coupled(self) -> bool:
-        """True if τ_x also moves the surface along y, and τ_y along x."""
-        return bool(self.directional) or self.coatings is not None
 
     @property
     def along(self) -> float:
@@ -138,15 +111,8 @@ def shear_tables(nx: int, ny: int, dx: float, dy: float, compliance: ShearCompli
     i_xx, i_yy, i_xy = rectangle_integrals(nx, ny, dx, dy)
     isotropic = compliance.isotropic * (i_xx + i_yy)
     isotropic[0, 0] += compliance.interlayer  # the interlayer shears where it is loaded
-    xx, yy, xy = (isotropic + compliance.directional * i_xx, isotropic + compliance.directional * i_yy,
-                  compliance.directional * i_xy)
-    if compliance.coatings is not None:
-        xx, yy, xy = (table + more for table, more in
-                      zip((xx, yy, xy), compliance.coatings.shear_tables(nx, ny, dx, dy), strict=True))
-    if math.isinf(dy) and math.isfinite(compliance.length):
-        for table, long in zip((xx, yy), shear_tables(nx, 1, dx, compliance.length, compliance), strict=False):
-            table[:, 0] += long[0, 0] - table[0, 0]
-    return xx, yy, xy
+    return (isotropic + compliance.directional * i_xx, isotropic + compliance.directional * i_yy,
+            compliance.directional * i_xy)
 
 
 def coupling_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array]:

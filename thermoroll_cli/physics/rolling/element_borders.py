@@ -173,8 +173,8 @@ def edge_compliance(
         trailing &= ~known
     neutral = interlayer = None
     crossed = np.zeros_like(contact)
-    if gradient.compliance.interlayer and gradient.rolls:
-        interlayer = interlayer_ends(covered, contact, gradient.compliance.interlayer, dx, gradient.weights,
+    if gradient.bodies.shear.interlayer and gradient.rolls:
+        interlayer = interlayer_ends(covered, contact, gradient.bodies.shear.interlayer, dx, gradient.weights,
                                      options.smallest_cover)
         k[:2] += interlayer
     of_trailing = k * trailing

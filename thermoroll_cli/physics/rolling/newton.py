@@ -216,7 +216,7 @@ class Newton:
         back = along * (along * back).sum(axis=0)
         lost = (state.traction * (dissipative + block_product(self.border.k, state.traction) - back)).sum(axis=0)
         # The antisymmetric part of the difference formula conserves the power on elastic bodies.
-        inside = 0.0 if self.gradient.compliance.relaxing is None else float((state.traction * (gradient - dissipative)).sum())
+        inside = float((state.traction * (gradient - dissipative)).sum()) if self.gradient.bodies.relaxes else 0.0
         return state, np.where(stick, 0.0, state.slip + back), lost, inside, displacement
 
     def _taken_at_borders(self, traction: AnyArray) -> AnyArray:

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, shear_tables
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.convolution import (
     Convolution,
     MirroredPlane,
@@ -20,11 +20,9 @@ from thermoroll_cli.physics.numerics.convolution import (
     blocks,
     counted,
     free_space,
-    half_plane_symbol,
     in_pairs,
     multiply,
     pair_symbols,
-    quadrant_symbol,
 )
 from thermoroll_cli.physics.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 from thermoroll_cli.tools.arrays import AnyArray
@@ -52,12 +50,6 @@ class RollingOptions:
 
 Symbols = tuple[AnyArray, AnyArray, AnyArray]
 """Spectra (py//2+1, px) of the influence of τ_x on u_x, τ_y on u_y, and of each on the other."""
-
-
-def shear_symbols(tables: tuple[AnyArray, AnyArray, AnyArray], padded: tuple[int, int]) -> Symbols:
-    """Spectra of influence tables at offsets ≥ 0 (see `shear_tables`) in a plane of `padded` elements."""
-    xx, yy, xy = tables
-    return quadrant_symbol(xx, padded), quadrant_symbol(yy, padded), quadrant_symbol(xy, padded, -1)
 
 
 class FreeShear:
@@ -189,28 +181,22 @@ class RollingGradient:
     rolls = True
 
     def __init__(
-        self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance, threads: int = 1,
+        self, shape: tuple[int, int], dx: float, dy: float, bodies: Bodies, threads: int = 1,
         mirror: Parities | None = None, weights: tuple[float, ...] = UPSTREAM_WEIGHTS
     ) -> None:
         n, m = shape
         self.weights, self._dissipative = weights, dissipative_part(weights)
         self.shape = shape
         self.dx, self.dy = dx, dy
-        self.compliance, self.near_border = compliance, compliance.near_border(dx, dy)
+        self.bodies, self.near_border = bodies, bodies.near_border(dx, dy).shear
         self.mirror = mirror
         self.applications = 0
         self._threads = threads
         width = m if mirror is None else 2 * m
-        tables = shear_tables(n + MARGIN, width, dx, dy, compliance)
-        self._padded = free_space(n + MARGIN, width)
-        self._symbols = shear_symbols(tables, self._padded)
-        self._near = near = [table[np.abs(DIFFERENCE_OFFSETS)] for table in tables]
-        if compliance.relaxing is not None:
-            memory = compliance.relaxing.shear_tables(n + MARGIN, width, dx, dy)
-            xx, yy, xy = (symbol + half_plane_symbol(table, self._padded, parity)
-                          for symbol, table, parity in zip(self._symbols, memory, (1, 1, -1), strict=True))
-            self._symbols = xx, yy, xy
-            near = [own + table[n + MARGIN - 1 + np.array(DIFFERENCE_OFFSETS)] for own, table in zip(near, memory, strict=True)]
+        self._padded, tables = free_space(n + MARGIN, width), bodies.shear_tables(n + MARGIN, width, dx, dy)
+        xx, yy, xy = (table.symbol(self._padded) for table in tables)
+        self._symbols: Symbols = xx, yy, xy
+        self._near = near = [table.rows(DIFFERENCE_OFFSETS) for table in tables]
         # Corrections at borders belong to D and use this also in steps over time.
         signs = np.where(np.arange(width) % 2, -2.0, 2.0)
         signs[0], signs[-1] = 1.0, 0.5 * signs[-1] if width > 1 else 1.0
@@ -251,7 +237,7 @@ class RollingGradient:
 
     @cached_property
     def _shear(self) -> FreeShear | MirroredShear:
-        coupled = self.compliance.coupled and math.isfinite(self.dy)
+        coupled = self.bodies.sheared_across and math.isfinite(self.dy)
         if self.mirror is not None:
             return MirroredShear(self.shape, self._symbols, self._padded, self.mirror, MARGIN, coupled=coupled)
         return FreeShear(self.shape, self._symbols, self._padded, MARGIN, coupled=coupled, threads=self._threads)
@@ -273,8 +259,8 @@ class RollingGradient:
         of one application."""
         self.applications += 1
         u = self._shear.of_shape(shape)
-        if self.compliance.interlayer:
-            u[:2, MARGIN:-MARGIN] -= self.compliance.interlayer * shape
+        if interlayer := self.bodies.shear.interlayer:
+            u[:2, MARGIN:-MARGIN] -= interlayer * shape
         return difference(u, self.weights, self.dx)
 
     def split(self, traction: AnyArray) -> tuple[AnyArray, AnyArray, AnyArray]:

@@ -85,7 +85,7 @@ class RollingSolver:
     def __init__(self, gradient: RollingGradient, options: RollingOptions | None = None) -> None:
         self.gradient = gradient
         self.options = options or RollingOptions()
-        self._inverse = StickInverse(gradient.shape, gradient.dx, gradient.dy, gradient.compliance, gradient.mirror,
+        self._inverse = StickInverse(gradient.shape, gradient.dx, gradient.dy, gradient.bodies, gradient.mirror,
                                      gradient.weights, gradient.rate)
 
     def solve(self, problem: TangentialProblem, starts: Sequence[Start], tolerance: float = 1e-6) -> TangentialSolution:

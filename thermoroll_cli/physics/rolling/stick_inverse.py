@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, shear_tables
+from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.convolution import Parities, around
 from thermoroll_cli.physics.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
-from thermoroll_cli.physics.rolling.rolling_gradient import FreeShear, MirroredShear, Symbols, shear_symbols
+from thermoroll_cli.physics.rolling.rolling_gradient import FreeShear, MirroredShear, Symbols
 from thermoroll_cli.tools.arrays import AnyArray
 
 
@@ -22,17 +22,12 @@ def run_starts(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
 
 
 def inverse_symbols(
-    padded: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance, weights: tuple[float, ...],
+    padded: tuple[int, int], dx: float, dy: float, bodies: Bodies, weights: tuple[float, ...],
     rate: float = 0.0,
 ) -> Symbols:
     """Symbols (py//2+1, px) of the inverse of (D + `rate`) A on a periodic plane, after a running sum along x."""
-    px, py = padded
-    if compliance.coatings is None:
-        tables = shear_tables(px // 2 + 1, py // 2 + 1, dx, dy, compliance)
-        xx, yy, xy = shear_symbols(tables, padded)
-    else:
-        _, xx, yy, xy = compliance.coatings.periodic_symbols(padded, dx, dy)
-        xx, yy = xx + compliance.interlayer, yy + compliance.interlayer
+    px = padded[0]
+    xx, yy, xy = bodies.shear_symbols(padded, dx, dy)
     theta = 2.0 * np.pi * np.fft.fftfreq(px)
     step = -np.expm1(-1j * theta) * any(weights) + rate * dx
     terms = (w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True))
@@ -55,14 +50,14 @@ class StickInverse:
     `RollingGradient`."""
 
     def __init__(
-        self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance, mirror: Parities | None = None,
+        self, shape: tuple[int, int], dx: float, dy: float, bodies: Bodies, mirror: Parities | None = None,
         weights: tuple[float, ...] = UPSTREAM_WEIGHTS, rate: float = 0.0,
     ) -> None:
         self.shape = shape
         self._kept, self._decay = float(any(weights)), rate * dx
         n, m = shape
         padded = around((n, m if mirror is None else 2 * m))
-        inverse = inverse_symbols(padded, dx, dy, compliance, weights, rate)
+        inverse = inverse_symbols(padded, dx, dy, bodies, weights, rate)
         self._solve = (FreeShear(shape, inverse, padded, coupled=bool(inverse[2].any())) if mirror is None
                        else MirroredShear(shape, inverse, padded, mirror))
         self._sums = np.zeros((2, n + 1, m))

@@ -89,7 +89,7 @@ class _OneGrid:
         discretisation = Discretisation(derived, shape, derived.problem.numerics.extent)
         self._pressure = pressure = discretisation.isothermal_pressure
         self.grid = grid = discretisation.grid
-        self.window = window = discretisation.traction.window_around(pressure.contact, None, derived)
+        self.window = window = discretisation.traction.window_around(pressure.contact, None)
         self.bound, self._covered = FRICTION * window.cut(pressure.pressure), window.cut(pressure.covered)
         self._problem = TangentialProblem(
             traction_bound=self.bound, covered=self._covered, rigid_slip=np.zeros((2, *window.shape)),
@@ -118,6 +118,6 @@ class _OneGrid:
         share = grid.element_area / derived.problem.traction_limit
         moment = float((self._x * ty - self._y * tx).sum()) * share / derived.scales.mean_radius
         sticking = stick_share(solution.traction, solution.slip, self.bound, solution.stick, self._covered, grid.dx, grid.dy,
-                               derived.shear_compliance)
+                               derived.bodies.shear)
         fraction = min(max(float(sticking.sum() / self._covered.sum()), 0.0), 1.0)
         return np.array([tx.sum() * share, ty.sum() * share, moment, fraction]), solution
