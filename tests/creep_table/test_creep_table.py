@@ -308,6 +308,8 @@ def test_what_is_built_is_not_built_again(tiny: Path) -> None:
     before = tiny.stat().st_mtime_ns
     done = call("table", "build", *TINY, "-o", tiny, "--checks", "10", "--resume")
     assert (done.returncode, "is built already" in done.stderr) == (0, True)
+    other = call("table", "build", *TINY, "-o", tiny, "--checks", "10", "--poisson", "0.3")
+    assert other.returncode == 5 and "Poisson's ratio 0.28" in other.stderr and "Poisson's ratio 0.3," in other.stderr
     assert tiny.stat().st_mtime_ns == before
 
 

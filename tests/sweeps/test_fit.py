@@ -141,6 +141,12 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     assert Case.read("out/rig_fit.toml").settings.load.friction_coefficient == pytest.approx(value, rel=1e-4)
     assert Path("out/rig_fit.png").read_bytes().startswith(b"\x89PNG")
     assert "<text" in Path("out/rig_fit.svg").read_text(encoding="utf-8")  # and not the outlines of its letters
+    kept = Path("out/rig_fit.json").read_bytes()
+    more = ("fit", "rig.toml", "curve.csv", "--free", "layer.compliance_um_GPa=0.5:50", "-o", "out", "--no-plots")
+    lost = invoke(*more)
+    assert lost.returncode == 5 and Path("out/rig_fit.json").read_bytes() == kept
+    assert f"of a fit of {KEYS[0]} to curve.csv, not of layer.compliance_um_GPa=0.5:50 to curve.csv" in lost.stderr
+    assert invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "-o", "out", "--no-plots").returncode == 0
     drawn = invoke("sweep", "out/rig_fit.toml", "--over", "creepage.longitudinal=0.001:0.01:3", "-o", "out", "--scalars-only",
                    "--measured", "newton.csv")  # fmt: skip
     assert drawn.returncode == 5 and "newton.csv" in drawn.stderr

@@ -250,6 +250,26 @@ def test_an_edited_case_is_another_case(case: Path, finished: Path) -> None:
 # --- folders -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("other", [("--over", "load.normal_N=50,65"), (*OVER, "--set", "load.normal_N=70")])
+def test_a_finished_sweep_of_other_points_is_not_lost(other: tuple[str, ...], case: Path, finished: Path) -> None:
+    before = {path.name: path.read_bytes() for path in finished.iterdir()}
+    done = call("sweep", case, *other, "-o", finished, "--no-plots")
+    assert (done.returncode, done.stdout) == (5, "")
+    assert f"{finished} has a sweep of 3 points of spheres over creepage.longitudinal, 3 of which are not among" in done.stderr
+    assert other[1].partition("=")[0] in done.stderr and "--resume" in done.stderr and "--force" in done.stderr
+    assert {path.name: path.read_bytes() for path in finished.iterdir()} == before
+    assert call("sweep", case, *other, "-o", finished, "--no-plots", "--force", "--resume").returncode == 2
+    assert {path.name: path.read_bytes() for path in finished.iterdir()} == before
+    assert call("sweep", case, *other, "-o", finished, "--no-plots", "--force").returncode == 0
+    keys = {other[1].partition("=")[0]} & {*rows(finished)[0]}
+    assert keys and {path.name for path in finished.glob("*.h5")} == {row["file"] for row in rows(finished)}
+
+
+def test_the_same_sweep_begins_anew_without_a_word(case: Path, finished: Path) -> None:
+    done = call("sweep", case, *OVER, "-o", finished)
+    assert done.returncode == 0 and "finished already" not in done.stderr
+
+
 def test_two_sweeps_in_one_folder(case: Path, finished: Path) -> None:
     before = {path.name: path.read_bytes() for path in finished.iterdir()}
     with Journal(finished / JOURNAL_NAME, {"kind": "sweep", "format": JOURNAL_FORMAT}, resume=True):

@@ -297,6 +297,9 @@ def test_the_command_resumes_as_if_undisturbed(tmp_path: Path) -> None:
     (torn / "twin_disc_wear_wear.jsonl").write_text("".join(lines[:6]) + lines[6][:100])
     assert call("wear", CASE, "-o", torn, "--resume", *settings).returncode == 0
     assert (torn / "twin_disc_wear_wear.csv").read_text() == (whole / "twin_disc_wear_wear.csv").read_text()
+    other = call("wear", CASE, "-o", whole, *settings, "--set", "load.normal_N=500")
+    assert other.returncode == 5 and "twin_disc_wear_wear.jsonl is of another wear" in other.stderr
+    assert (torn / "twin_disc_wear_wear.csv").read_text() == (whole / "twin_disc_wear_wear.csv").read_text()
     rows = list(csv.DictReader((whole / "twin_disc_wear_wear.csv").read_text().splitlines()))
     assert float(rows[-1]["depth_max_upper_um"]) == pytest.approx(6.0, rel=1e-5)
     with h5py.File(whole / "twin_disc_wear_wear.h5") as file:
@@ -353,7 +356,7 @@ def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> Non
         assert found["lifted"][quantity] == pytest.approx(found["radius"][quantity], rel=0.02)
     again = call("run", "--from", tmp_path / "radius_wear.h5", "-o", tmp_path, "--json", "--no-plots", "-q")
     assert json.loads(again.stdout)["normal_N"] == pytest.approx(found["radius"]["normal_N"], rel=0.02)
-    apart = call("wear", tmp_path / "radius.toml", "-o", tmp_path, "--no-plots", "--set", "load.approach_um=0.5")
+    apart = call("wear", tmp_path / "radius.toml", "-o", tmp_path, "--no-plots", "--force", "--set", "load.approach_um=0.5")
     assert apart.returncode == 4 and "the bodies wear apart at the given distance" in " ".join(apart.stdout.split())
 
 

@@ -23,6 +23,7 @@ from thermoroll_cli.studies.creep_table.build import TablePlan, build_table, jou
 from thermoroll_cli.studies.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
 from thermoroll_cli.studies.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
 from thermoroll_cli.studies.sweeps.points import Axis
+from thermoroll_cli.tools.journal import ALTERNATIVES
 from thermoroll_cli.tools.runner import Workers
 
 Given = TypeVar("Given")
@@ -53,6 +54,7 @@ def build(
     dask: options.Dask = "",
     dask_wait: options.DaskWait = Workers.patience,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where a build was stopped.")] = False,
+    force: options.Force = False,
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the table as CSV, too.")] = None,
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
@@ -68,6 +70,7 @@ def build(
     with options.usage("--aspect, --nodes"):
         plan = TablePlan(Axes(ratios, *counts), poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
+    options.check_not_both(resume, force)
     place = Path(os.path.realpath(output)).parent  # which a link to itself has, too
     options.check_writable(place)
     there = None
@@ -77,17 +80,28 @@ def build(
         except OSError as cause:
             raise typer.BadParameter(f"{cause}: it is not overwritten; remove it, or give another name",
                                      param_hint="--output") from None
-    if resume and there and (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
+    same = there and (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy)
+    if there and not same and not force:
+        raise FileExistsError(f"{output} is {_said(there)}, not {_said(plan)}: {ALTERNATIVES}")
+    if resume and there:
         streams.note(f"thermoroll: {output} is built already")
         built = there
     else:
         with PointsProgress(plan.points, quiet=quiet, lines=False) as progress:
-            built = build_table(plan, output, workers=Workers(jobs, dask, dask_wait), resume=resume, note=progress.note,
+            built = build_table(plan, output, workers=Workers(jobs, dask, dask_wait), resume=resume, force=force,
+                                note=progress.note,
                                 report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
         write_table(output, built, command_line=options.command_line())
         journal_path(output).unlink(missing_ok=True)
 
     raise typer.Exit(deliver(Built(output, built, csv), Ending(place, as_json, quiet=quiet)))
+
+
+def _said(of: TablePlan | TableValues) -> str:
+    """Which table it is."""
+    axes = of.axes
+    return (f"a table of {len(axes.aspect_ratios)} ratios a/b with {axes.magnitudes},{axes.directions},{axes.spins} nodes, "
+            f"Poisson's ratio {of.poisson_ratio:g}, accuracy {of.accuracy:g}")
 
 
 @dataclass

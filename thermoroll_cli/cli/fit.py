@@ -41,6 +41,7 @@ def fit(
     skip_failed: Annotated[
         bool, typer.Option("--skip-failed", help="Leave out measured points that have no steady state in the case.")
     ] = False,
+    force: options.Force = False,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
@@ -63,6 +64,9 @@ def fit(
         fitting.Free.parse_all(free, read)
     with options.usage("DATA.csv"):
         measured = Measured.read(data)
+    asked = fitting.asked_of(read, measured, free)
+    if not force:
+        fitting.check_replaced(output / f"{read.name}_fit.json", asked)
     options.check_writable(output)
 
     def report(count: int) -> None:
@@ -72,22 +76,23 @@ def fit(
     with options.recorded(case, as_json), options.usage("DATA.csv"):
         found = fitting.fit(read, measured, free, jobs=jobs, skip_failed=skip_failed, report=report)
     to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
-    raise typer.Exit(deliver(Fitted(read, found), to))
+    raise typer.Exit(deliver(Fitted(read, found, asked), to))
 
 
 @dataclass
 class Fitted(Outcome):
-    """The values `found` for a case."""
+    """The values `found` for a case, of which this was `asked`."""
 
     case: Case
     found: fitting.Fit
+    asked: Mapping[str, Any]
 
     def __post_init__(self) -> None:
         self.name, self.stem = self.case.name, f"{self.case.name}_fit"
         self.reason, self.warnings = self.found.reason, self.found.warnings
 
     def write(self, folder: Path) -> Iterable[Path]:
-        return self.found.save(folder, self.name)
+        return self.found.save(folder, self.name, self.asked)
 
     def draw(self, to: Ending) -> list[Path]:
         return to.drawn(self.stem, lambda path: self._draw(path, to.dpi))

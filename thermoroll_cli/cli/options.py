@@ -78,6 +78,7 @@ def a_number(value: float | None) -> float | None:
 
 Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
 Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")]
+Force = Annotated[bool, typer.Option("--force", help="Begin anew where the output has other work in it, which is lost.")]
 Dask = Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")]
 DaskWait = Annotated[
     float, typer.Option("--dask-wait", min=0, metavar="S", callback=a_number, help="Seconds to wait for a worker of it.")
@@ -164,6 +165,12 @@ def numbers(text: str, count: int, words: str, option: str, kind: Callable[[str]
         if len(values) == count:
             return values
     raise typer.BadParameter(f'"{text}" is not {words}', param_hint=option)
+
+
+def check_not_both(resume: bool, force: bool) -> None:
+    """End the program (usage) where work is to be kept and to be lost."""
+    if resume and force:
+        raise typer.BadParameter("--resume keeps what is there, and --force does not", param_hint="--force")
 
 
 def check_cluster(address: str, jobs: int) -> None:

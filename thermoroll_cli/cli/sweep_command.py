@@ -48,6 +48,7 @@ def sweep(
     dask: options.Dask = "",
     dask_wait: options.DaskWait = Workers.patience,
     resume: Annotated[bool, typer.Option("--resume", help="Leave out points that DIR has already.")] = False,
+    force: options.Force = False,
     scalars_only: Annotated[
         bool, typer.Option("--scalars-only", help="No file per point: all rows in DIR/sweep.h5, for very many points.")
     ] = False,
@@ -77,13 +78,14 @@ def sweep(
     with options.usage("--measured"):
         measured = None if data is None else Measured.read(data)
     options.check_cluster(dask, jobs)
+    options.check_not_both(resume, force)
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
     with options.recorded(case, as_json):
         source = options.read_source(case)
     points = Points(source.text, source.name, case_name(case), axes, tuple(overrides), listed is not None,
                     "--points" if listed else "--over")  # fmt: skip
-    wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads)
+    wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads, force)
     try:
         with options.recorded(case, as_json):
             wanted.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))

@@ -30,6 +30,7 @@ def wear(
     case: options.OneCase,
     output: options.Output = options.RESULTS,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the last steps that DIR has.")] = False,
+    force: options.Force = False,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
@@ -49,6 +50,7 @@ def wear(
     DIR/NAME_wear.jsonl. A wheelset wears over the positions that [wear] gives: its outlines are DIR/NAME_worn_wheel_right.csv
     and so on, and DIR/NAME_wear.h5 has the first position on the worn outlines.
     """
+    options.check_not_both(resume, force)
     read, _ = options.read_task(case, settings, as_json=as_json)
     with options.recorded(case, as_json), options.solvable(read, str(case)):
         problem = wearing(read)
@@ -65,7 +67,7 @@ def wear(
             elif not quiet and (verbose or step % 20 == 0):
                 streams.note(words)
 
-        done = follow(read, output, resume=resume, jobs=jobs, threads=threads, report=report,
+        done = follow(read, output, resume=resume, force=force, jobs=jobs, threads=threads, report=report,
                       command_line=options.command_line())
     to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
     raise typer.Exit(deliver(Worn(read, done, extent_of(problem.contact.numerics)[1]), to))

@@ -7,7 +7,7 @@ import json
 import os
 import pathlib
 import shutil
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from types import MappingProxyType, TracebackType
 from typing import Any, Self
 
@@ -24,19 +24,24 @@ class JournalError(OSError):
     """A journal cannot be opened: another process has it open, or it is of something else. The message names it."""
 
 
+ALTERNATIVES = "--force begins anew, another place (-o) keeps both; nothing was touched"
+"""What to do about other work where a command would write."""
+
+
 class Journal(Mapping[str, dict[str, Any]]):
     """The records of finished items by their keys, read from the file when asked for.
 
     The first line holds `identity`, what is being computed. Every further line is one record, written in a single call after
     the file that it belongs to; the latest record of a key counts. A killed program leaves at most a torn last line, which
     is dropped, as is one that lacks one of the `fields` of all records. While a journal is open, no other process can open it.
-    One that is begun anew keeps the last one aside until it has a record, and puts it back where it fails before.
+    One that is begun anew keeps the last one aside until it has a record, and puts it back where it fails before; `lost` says
+    of one with records which work would be lost that is not done again, "" if none (not asked: no work counts).
 
     Raises JournalError, WriteError.
     """
 
     def __init__(self, path: pathlib.Path, identity: Mapping[str, Any], *, resume: bool,
-                 fields: Collection[str] = ()) -> None:  # fmt: skip
+                 fields: Collection[str] = (), lost: Callable[[Mapping[str, Record]], str] | None = None) -> None:  # fmt: skip
         self.path, self._fields = path, {"key", *fields}
         self._places: dict[str, tuple[int, int]] = {}
         first = json.dumps({"program": "thermoroll", **identity}, sort_keys=True).encode() + b"\n"
@@ -54,6 +59,8 @@ class Journal(Mapping[str, dict[str, Any]]):
                     raise JournalError(f"{path}: of another {identity['kind']}, or another version; use another place, or "
                                        "leave --resume out")
             else:
+                if lost is not None:
+                    self._check_loss(first, identity["kind"], lost)
                 if os.path.getsize(path):
                     shutil.copyfile(path, self._last)
                 self._file.truncate(0)
@@ -64,6 +71,17 @@ class Journal(Mapping[str, dict[str, Any]]):
         except BaseException:
             self._close()
             raise
+
+    def _check_loss(self, first: bytes, kind: str, lost: Callable[[Mapping[str, Record]], str]) -> None:
+        """Raises JournalError where the file has records that are not to be lost."""
+        begins = self.path.read_bytes()[: len(first)]
+        self._end = len(begins.partition(b"\n")[0]) + 1
+        self.update()
+        what = lost(self) if begins == first else f"{self.path} is of another {kind}, or of another version"
+        if self and what:
+            also = "--resume keeps it and goes on, " if begins == first else ""
+            raise JournalError(f"{what}: {also}{ALTERNATIVES}")
+        self._places.clear()
 
     def _take_lock(self) -> None:
         try:

@@ -104,19 +104,20 @@ def _solver(ratio: float, poisson_ratio: float, accuracy: float) -> EllipseSolve
 
 
 def build_table(
-    plan: TablePlan, path: pathlib.Path, *, workers: Workers, resume: bool = False,
+    plan: TablePlan, path: pathlib.Path, *, workers: Workers, resume: bool = False, force: bool = False,
     report: Callable[[int, bool], None] = lambda count, solved: None,
     note: Callable[[str], None] = lambda text: None,
 ) -> TableValues:
     """Solve all points of `plan` and measure the error of interpolation between them.
 
     Solved points are kept in a journal beside `path` which the caller removes, so that `resume` goes on where a killed program
-    stopped. `report` is called with numbers of points as they are done, and whether they were solved now rather than found;
-    `note` with remarks. Raises OSError (journal, cluster).
+    stopped; `force` begins anew where the journal is of another table. `report` is called with numbers of points as they are
+    done, and whether they were solved now rather than found; `note` with remarks. Raises OSError (journal, cluster).
     """
     grid, checks = list(plan.grid_tasks()), list(plan.check_tasks())
     counts = {task.key: task.count for task in (*grid, *checks)}
-    with Journal(journal_path(path), plan.identity, resume=resume, fields=("solved", "values")) as journal:
+    with Journal(journal_path(path), plan.identity, resume=resume, fields=("solved", "values"),
+                 lost=None if force else lambda tasks: "") as journal:
         pending = [task for task in (*grid, *checks) if task.key not in journal or not journal[task.key]["solved"]]
         finished = plan.points - sum(task.count for task in pending)
         if finished:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import hashlib
 import json
 import math
 import os
@@ -32,10 +33,11 @@ from thermoroll_cli.plots.fit_figures import Figure, fit_figure
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import PER_LENGTH, PLACES, known_as, unit_of
 from thermoroll_cli.studies.sweeps.measured import OVER_LOAD, Measured, at_place, scalar_in
-from thermoroll_cli.studies.sweeps.points import Axis, Points
+from thermoroll_cli.studies.sweeps.points import Axis, Points, key_of
 from thermoroll_cli.studies.sweeps.sweep import summaries
 from thermoroll_cli.tools.arrays import Array, Mask
 from thermoroll_cli.tools.atomic import write_bytes
+from thermoroll_cli.tools.journal import ALTERNATIVES
 from thermoroll_cli.tools.runner import Processes, check_main_guard
 
 COARSE = 32
@@ -189,8 +191,9 @@ class Fit:
             "rms": dict(self.rms), "points": len(self.measured), "degrees_of_freedom": self.degrees_of_freedom,
             "warnings": list(self.warnings)}  # fmt: skip
 
-    def save(self, folder: pathlib.Path, name: str) -> list[pathlib.Path]:
-        """Write NAME_fit.toml and NAME_fit.json into `folder`, and return their paths. Raises OSError."""
+    def save(self, folder: pathlib.Path, name: str, asked: Mapping[str, Any] | None = None) -> list[pathlib.Path]:
+        """Write NAME_fit.toml and NAME_fit.json, with what was `asked`, into `folder`, and return their paths. Raises
+        OSError."""
         case, record = folder / f"{name}_fit.toml", folder / f"{name}_fit.json"
         rms = ", ".join(f"{scalar} {value:.3g}" for scalar, value in self.rms.items())
         head = [f"Fitted to {len(self.measured)} points of {self.measured.source} on {datetime.date.today().isoformat()};",
@@ -200,7 +203,8 @@ class Fit:
                  for key, found in self.parameters.items()]
         text = "".join(f"# {' '.join(line.split())}\n" for line in head) + "\n" + self.case.to_toml()
         write_bytes(case, text.encode())
-        write_bytes(record, (json.dumps({"name": name, **self.record()}, indent=1, ensure_ascii=False) + "\n").encode())
+        content = {"name": name, **self.record(), **({"asked": asked} if asked else {})}
+        write_bytes(record, (json.dumps(content, indent=1, ensure_ascii=False) + "\n").encode())
         return [case, record]
 
     def figure(self) -> Figure:
@@ -311,6 +315,28 @@ class _Model:
                                       f"{next(filter(None, reasons))}")
             slopes.append(((values - here) / step * self.weights).ravel())
         return np.stack(slopes, axis=1)
+
+
+def asked_of(case: Case, measured: Measured, free: Sequence[str]) -> dict[str, Any]:
+    """What a fit is asked for, by which it is known again."""
+    columns = {name: column.tolist() for part in (measured.varied, measured.values, measured.deviations)
+               for name, column in part.items()}
+    content = hashlib.sha256(json.dumps(columns, sort_keys=True).encode()).hexdigest()[:32]
+    return {"case": key_of(case), "data": pathlib.Path(measured.source).name, "content": content, "free": list(free)}
+
+
+def check_replaced(path: pathlib.Path, asked: Mapping[str, Any]) -> None:
+    """Raises FileExistsError where the record of a fit at `path` is of another one than is `asked` for."""
+    try:
+        there = json.loads(path.read_text(encoding="utf-8")).get("asked", {})
+    except (OSError, ValueError, AttributeError):  # none, or no record
+        return
+    if there != asked:
+        what = " and ".join(words for words, keys in (("another case", ["case"]), ("other data", ["data", "content"]),
+                                                      ("other free keys", ["free"]))
+                            if any(there.get(key) != asked[key] for key in keys))
+        raise FileExistsError(f"{path} is of a fit of {', '.join(there.get('free', ()))} to {there.get('data', 'other data')}, "
+                              f"not of {', '.join(asked['free'])} to {asked['data']} ({what}): {ALTERNATIVES}")
 
 
 def case_of_fit(source: CaseSource, name: str, free: Iterable[str]) -> Case:

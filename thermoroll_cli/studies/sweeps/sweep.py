@@ -135,7 +135,8 @@ def summaries(points: Points, numbers: range) -> list[dict[str, Any] | str]:
 class Sweep:
     """`points` to be solved into `folder` by `workers`, with a result file for each, or with `scalars_only` none.
 
-    `resume` leaves out the points that the folder has already. `threads` are those of the transforms in the only process.
+    `resume` leaves out the points that the folder has already; without it `force` begins anew in a folder that has a sweep of
+    other points. `threads` are those of the transforms in the only process.
     """
 
     points: Points
@@ -145,6 +146,7 @@ class Sweep:
     resume: bool = False
     scalars_only: bool = False
     threads: int = 1
+    force: bool = False
     _keys: list[str] = field(default_factory=list)
 
     def check(self, note: Callable[[str], None] = lambda text: None) -> None:
@@ -162,14 +164,14 @@ class Sweep:
         `report` is called with each row when it is known, and whether it was solved now rather than found finished; `note`
         with remarks. Whatever ends the sweep early, finished points keep their records and files.
 
-        Raises CaseError before anything is solved; OSError: a file cannot be written, another sweep works in the folder, no
-        cluster.
+        Raises CaseError before anything is solved; OSError: a file cannot be written, another sweep works in the folder or has
+        left other points in it, no cluster.
         """
         if not self._keys:
             self.check(note)
         numbers = {key: number for number, key in enumerate(self._keys, 1)}
         with Journal(self.folder / JOURNAL_NAME, {"kind": "sweep", "format": JOURNAL_FORMAT}, resume=self.resume,
-                     fields=FIELDS) as journal:
+                     fields=FIELDS, lost=None if self.force else self._lost) as journal:
             owners = {record["file"]: key for key, record in journal.items() if record["file"]}
             finished = self._finished(journal, owners, note)
             if finished:
@@ -196,6 +198,17 @@ class Sweep:
             self._write(rows)
             self._clear(rows, journal.replaced(), note)
             return rows
+
+    def _lost(self, journal: Mapping[str, Record]) -> str:
+        """Which points of the sweep in a `journal` are none of this one, "" if all are."""
+        own = {*self._keys}
+        others = [key for key in journal if key not in own]
+        if not others:
+            return ""
+        last, count = journal[others[-1]], len(journal)
+        there = f"{count} point{'s' if count > 1 else ''} of {last['name'].rpartition('_')[0]} over {', '.join(last['over'])}"
+        here = f"{self.points.count} of {self.points.stem} over {', '.join(axis.key for axis in self.points.axes)}"
+        return f"{self.folder} has a sweep of {there}, {len(others)} of which are not among the {here} asked for now"
 
     def _write(self, rows: Rows) -> None:
         table = columns_of(rows, self.points.case(1).settings.title)
@@ -269,6 +282,7 @@ def sweep(
     jobs: int = 1,
     dask: str = "",
     resume: bool = False,
+    force: bool = False,
     report: Callable[[dict[str, Any]], None] | None = None,
 ) -> SweepTable:
     """Solve a case for many values of some of its keys, as `thermoroll sweep` does; neighbours start from each other.
@@ -283,6 +297,7 @@ def sweep(
     - `jobs`: processes that share the work (a script then needs `if __name__ == "__main__":`);
     - `dask`: address of the scheduler of a Dask cluster, which then does the work;
     - `resume`: leaves out points that `folder` has already;
+    - `force`: begins anew in a folder that has a sweep of other points;
     - `report`: called with each row as soon as it is known.
 
     Returns a list with a row per point: the swept keys, all scalars under their public names and in the units of these,
@@ -290,8 +305,8 @@ def sweep(
     and `to_xarray()` have the numbers in flat columns.
 
     Raises CaseError, with the errors of all points, before anything is solved; ValueError for values that are no list, for the
-    same value or point twice, and for too many points; OSError if a file cannot be written, another sweep works in the folder,
-    or there is no cluster; RuntimeError for a script without that line.
+    same value or point twice, and for too many points; OSError if a file cannot be written, another sweep works in the folder
+    or has left other points in it, or there is no cluster; RuntimeError for a script without that line.
     """
     case = Case.of(case)
     if jobs > 1:
@@ -317,7 +332,7 @@ def sweep(
     with contextlib.ExitStack() as stack:
         place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
         place.mkdir(parents=True, exist_ok=True)
-        wanted = Sweep(points, place, "Python", Workers(jobs, dask), resume, scalars_only=folder is None)
+        wanted = Sweep(points, place, "Python", Workers(jobs, dask), resume, scalars_only=folder is None, force=force)
 
         def reported(row: Row, solved: bool) -> None:
             if report is not None:

@@ -77,7 +77,7 @@ class Evolution:
 
 def wear(
     case: Case | Mapping[str, Any] | str | os.PathLike[str], folder: str | os.PathLike[str] | None = None, *,
-    resume: bool = False, jobs: int = 1, threads: int = 1,
+    resume: bool = False, force: bool = False, jobs: int = 1, threads: int = 1,
     report: Callable[[int, Mapping[str, Any]], None] | None = None, command_line: str = "Python",
 ) -> Evolution:
     """Follow the profiles of both bodies as they wear, as `thermoroll wear` does, over the distance or to the depth that
@@ -88,6 +88,7 @@ def wear(
     - `case`: as of `solve`, with the table `[wear]`;
     - `folder`: receives the files of the command but for pictures, and is made if necessary; without it nothing is kept;
     - `resume`: goes on from the steps in `folder`, also with other `[numerics]`;
+    - `force`: begins anew in a folder that has steps of another case of this name;
     - `jobs`: processes that share the positions of a wheelset (a script then needs `if __name__ == "__main__":`);
     - `threads`: as of `solve`;
     - `report`: called with the number of each step and its row as soon as it is solved;
@@ -96,7 +97,7 @@ def wear(
     Returns an `Evolution`.
 
     Raises CaseError for an invalid case, also a conformal contact or one without a steady state, and positions that cannot be,
-    or neither distance nor depth; OSError if a file cannot be written.
+    or neither distance nor depth; OSError if a file cannot be written, or the folder has steps of another case of this name.
     """
     case = Case.of(case)
     with solvable(case, case.name):
@@ -110,7 +111,8 @@ def wear(
             # Worn depths lie on rows of their own, so that any grid goes on with them.
             content = {key: value for key, value in json.loads(case.to_json()).items() if key != "numerics"}
             journal = stack.enter_context(Journal(place / f"{case.name}_wear.jsonl",
-                                                  {"kind": "wear", "layout": LAYOUT, "case": content}, resume=resume))
+                                                  {"kind": "wear", "layout": LAYOUT, "case": content}, resume=resume,
+                                                  lost=None if force else lambda steps: ""))
             state: WearState | None = None
             for state in _states(task, positions, journal, Workers(jobs), threads):
                 safe_point()
