@@ -99,12 +99,46 @@ def test_largest_values_have_no_band_below_zero(name: str, lowest: float) -> Non
 @pytest.mark.parametrize("names", [("shift_x_um", "shift_y_um"), ("track_force_y_left_N", "track_force_y_right_N"),
                                    ("axial_stiffness_N_um", "radial_stiffness_N_um")])  # fmt: skip
 def test_quantities_of_either_sign_keep_theirs(names: tuple[str, str]) -> None:
-    """Only maxima of several bodies share a diagram, which shows the largest: it would hide what is negative or smaller."""
+    """Only what both bodies have shares a diagram."""
     columns = table(**{names[0]: [-3.0, -2.0, 1.0, 2.0] * 2, names[1]: [4.0, 5.0, 6.0, 7.0] * 2})
     figure = drawn(columns, OVER)
     curves = {tuple(line.get_ydata()) for axes in figure.axes for line in axes.lines}
     assert curves >= {(-3.0, -2.0, 1.0, 2.0), (4.0, 5.0, 6.0, 7.0)}
     assert all("max." in label for label, shown in DIAGRAMS.items() if len(shown) > 1)
+
+
+def test_both_bodies_are_drawn_where_they_differ() -> None:
+    """Each stress belongs to the depth of its own body."""
+    stress, depth = ([f"von_mises_{what}_{body}" for body in ("lower", "upper")] for what in ("max", "depth"))
+    columns = table(**{f"{stress[0]}_MPa": [551.0] * 8, f"{stress[1]}_MPa": [592.0] * 8, f"{depth[0]}_mm": [0.0453] * 8,
+                       f"{depth[1]}_mm": [0.0417] * 8, "temperature_rise_max_upper_K": table()["temperature_rise_max_lower_K"]})
+    figure = drawn(columns, OVER)
+    for words, lower, upper in (("max. von Mises", 551.0, 592.0), ("depth of max. von Mises", 0.0453, 0.0417)):
+        (axes,) = (axes for axes in figure.axes if axes.get_ylabel().startswith(words))
+        hollow = {line.get_ydata()[0]: line.get_markerfacecolor() == "white" for line in axes.lines}
+        assert hollow == {lower: False, upper: True}
+    assert len(diagram(figure, "max. rise").lines) == 2  # one of each radius
+    assert [words for words in legend(figure) if "body" in words] == ["lower body", "upper body"]
+
+
+def test_a_force_given_as_zero_has_no_diagram_of_its_noise() -> None:
+    columns = table(force_x_N=[1e-9, -3e-10, 2e-9, 1e-9] * 2, force_y_N=[0.0] * 8, friction_limit_N=[20.0] * 8,
+                    **{"uncertainty.force_x_N": [4e-6] * 8})
+    assert not any("creep force" in axes.get_ylabel() for axes in drawn(columns, OVER).axes)
+    columns["force_x_N"] = [value * 1e6 for value in columns["force_x_N"]]
+    assert any("creep force" in axes.get_ylabel() for axes in drawn(columns, OVER).axes)
+
+
+def test_a_map_is_of_one_body() -> None:
+    places = [(speed, load) for speed in range(1, 7) for load in range(1, 6)]
+    columns: dict[str, list[Any]] = {
+        "rolling.speed_m_s": [float(speed) for speed, _ in places], "load.normal_N": [float(load) for _, load in places],
+        "status": ["converged"] * 30, "von_mises_max_lower_MPa": [551.0 + load for _, load in places],
+        "von_mises_max_upper_MPa": [592.0 + speed for speed, _ in places]}
+    figure = drawn(columns, ["rolling.speed_m_s", "load.normal_N"])
+    maps = {axes.get_title(): axes.collections[0].get_array() for axes in figure.axes if axes.get_title()}
+    assert [*maps] == [f"max. von Mises stress (MPa), {body} body" for body in ("lower", "upper")]
+    assert [float(values.max()) for values in maps.values()] == [556.0, 598.0]
 
 
 def test_what_is_zero_everywhere_has_no_diagram() -> None:

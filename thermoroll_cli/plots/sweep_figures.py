@@ -37,6 +37,10 @@ ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": 
 """Look of a peak that has no limit."""
 MAXIMUM: dict[str, Any] = {"marker": "v", "markersize": 5.0, "markeredgecolor": "black", "linestyle": "none"}
 """Look of the maximum of a creep curve."""
+LINE: dict[str, Any] = {"marker": "o", "markersize": 2.2}
+"""Look of a line of few points."""
+UPPER: dict[str, Any] = {"linestyle": (0, (6.0, 1.2, 1.4, 1.2)), "markerfacecolor": "white", "markersize": 3.2}
+"""Look of the upper body beside the lower one."""
 THEORY_LOOKS = {"linear": style.DOTTED, "fastsim": (0, (5.0, 1.4, 1.0, 1.4)), "polach": (0, (5.0, 1.4, 1.0, 1.4, 1.0, 1.4))}
 
 
@@ -54,9 +58,10 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     """The scalars of `table` (a column per name, a value per point) against the first quantity of `over`.
 
     There is one line for each combination of the further quantities, with a band of ± the estimated error; two quantities of
-    many values are drawn as maps. Columns with the prefix `isothermal.` are dashed where they differ visibly. Points whose
-    `status` is not "converged" are left out and marked. The axis is logarithmic where the values are spaced so. Quantities that
-    do not change or were not computed get no diagram. Creep forces stand beside those of the theories to `compare` with.
+    many values are drawn as maps. What differs visibly between the bodies is drawn of both. Columns with the prefix
+    `isothermal.` are dashed where they differ visibly. Points whose `status` is not "converged" are left out and marked. The
+    axis is logarithmic where the values are spaced so. Quantities that do not change or were not computed get no diagram. Creep
+    forces stand beside those of the theories to `compare` with.
 
     Raises ValueError: nothing swept, a column missing, an unknown theory, or a table that lacks what it needs.
     """
@@ -70,18 +75,23 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     columns = {name: numbers(column) for name, column in table.items()}
     good = {name: column if name in over else np.where(failed, math.nan, column) for name, column in columns.items()}
     scalars = rows_of(good)
-    diagrams = [(label, names) for label, names in DIAGRAMS.items() if _worth_drawing(scalars, names, over)]
+    diagrams = [(label, _of_bodies(good, names)) for label, names in DIAGRAMS.items() if _worth_drawing(scalars, names, over)]
+    counts = [np.unique(column[np.isfinite(column)]).size for column in (good[name] for name in over)]
+    # Two quantities of five values or more each, and a point for most pairs.
+    maps = len(over) == 2 and min(counts) >= 5 and x.size >= 0.8 * counts[0] * counts[1]
+    if maps:
+        diagrams = [(f"{label}, {words}" if words else label, {words: name})
+                    for label, names in diagrams for words, name in names.items()]
     rows = max(1, -(-len(diagrams) // 3))
     wide = max(1, -(-len(diagrams) // rows))
     figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], (44.0 * rows + 20.0) * style.MM)
     grid = figure.subplots(rows, wide, squeeze=False)
     for axes in grid.flat[len(diagrams) or 1:]:
         axes.set_visible(False)
-    counts = [np.unique(column[np.isfinite(column)]).size for column in (good[name] for name in over)]
-    # Two quantities of five values or more each, and a point for most pairs.
-    if len(over) == 2 and min(counts) >= 5 and x.size >= 0.8 * counts[0] * counts[1]:
+    if maps:
         for axes, (label, names) in zip(grid.flat, diagrams, strict=False):
-            _draw_map(axes, good, names, over, failed)
+            (name,) = names.values()
+            _draw_map(axes, good, name, over, failed)
             axes.set_title(label)
     else:
         lines = list(_lines_of(table, over, x, failed))
@@ -93,8 +103,14 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
             handles.append(Line2D([], [], color="0.2" if len(lines) > 1 else style.ALERT, linestyle="none", marker="x",
                                   markersize=4.0, label=style.NOT_CONVERGED))
         for place, (axes, (label, names)) in enumerate(zip(grid.flat, diagrams, strict=False)):
-            endless = np.array([not set(names).isdisjoint(str(cell).split()) for cell in table.get("unbounded", [""] * x.size)])
-            handles += _draw_diagram(axes, x, good, names, errors(scalars, names), endless, lines, theories)
+            for body, name in names.items():
+                endless = np.array([name in str(cell).split() for cell in table.get("unbounded", [""] * x.size)])
+                handles += _draw_curves(axes, x, good, name, endless, lines, upper=body == UPPER_BODY)
+                if body:
+                    look = LINE | (UPPER if body == UPPER_BODY else {})
+                    colour = "0.2" if len(lines) > 1 else style.AFTER if body == UPPER_BODY else lines[0].colour
+                    handles.append(Line2D([], [], color=colour, label=body, **look))
+            handles += _draw_diagram(axes, x, good, [*names.values()], lines, theories)
             axes.set_ylabel(label)
             _finish(axes, x, words, words_of(over[0]) if place + wide >= len(diagrams) else "")
             if words:
@@ -103,6 +119,19 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
         style.add_legend(figure, handles)
     style.add_headline(figure, title, note="theories: smooth bodies, constant friction" if compare else "")
     return figure
+
+
+LOWER_BODY, UPPER_BODY = "lower body", "upper body"
+
+
+def _of_bodies(table: Numbers, names: Sequence[str]) -> dict[str, str]:
+    """The scalars of a diagram by the body that they are of, where both differ visibly; else the one that is known, by ""."""
+    known = [name for name in names if np.isfinite(table.get(name, np.empty(0))).any()]
+    if len(known) < 2:
+        return {"": known[0]}
+    difference = float(np.nanmax(np.abs(table[known[0]] - table[known[1]]), initial=0.0))
+    alike = difference <= style.VISIBLE * float(np.nanmax(np.abs(table[known[0]])))
+    return {"": known[0]} if alike else dict(zip((LOWER_BODY, UPPER_BODY), known, strict=True))
 
 
 def is_logarithmic(values: Column) -> bool:
@@ -148,22 +177,21 @@ def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.b
         yield Line(rows[np.argsort(x[rows], kind="stable")], np.unique(x[own & failed]), label, colour)
 
 
-def _draw_diagram(
-    axes: Axes, x: Column, table: Numbers, names: Sequence[str], error: Column, endless: NDArray[np.bool_], lines: list[Line],
-    theories: dict[str, list[dict[str, Column]]],
+def _draw_curves(
+    axes: Axes, x: Column, table: Numbers, name: str, endless: NDArray[np.bool_], lines: list[Line], *, upper: bool
 ) -> list[Artist]:
-    """The curves of a diagram, and the points that failed; returns handles for the legend of all but the lines themselves."""
-    values, error = merged(table, names), np.nan_to_num(error)
-    assert values is not None
+    """The curves of a scalar, that of the `upper` body as such, in a colour of its own where lines need none; returns handles
+    for the legend of all but the lines themselves."""
+    lines = [lines[0]._replace(colour=style.AFTER)] if upper and len(lines) == 1 else lines
+    values, error = table[name], errors(table, name)
     handles: list[Artist] = []
-    cold = merged(table, [ISOTHERMAL + name for name in names])
-    largest = float(np.nanmax(np.abs(values)))
-    share = names[0] == "gamma_st"
-    positive = share or ("_max_" in names[0] and np.nanmin(values) >= 0.0)
+    cold = table.get(ISOTHERMAL + name)
+    largest, look = float(np.nanmax(np.abs(values))), LINE | (UPPER if upper else {})
+    share, positive = name == "gamma_st", _positive(table, name)
     falling = table.get("falling_friction_criterion", np.full(len(values), math.nan)) > 0.0
     for line in lines:
         rows = line.rows[np.isfinite(values[line.rows])]
-        axes.plot(x[rows], values[rows], color=line.colour, marker="o" if rows.size <= 30 else "", markersize=2.2)
+        axes.plot(x[rows], values[rows], color=line.colour, **(look if rows.size <= 30 else {**look, "marker": ""}))
         if error[rows].any():
             band = values[rows] - error[rows], values[rows] + error[rows]
             if positive:
@@ -175,20 +203,35 @@ def _draw_diagram(
         if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
             handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit")]
-        if names[0] in ANY_FORCES and (top := _maximum(x[rows], values[rows], falling[rows])) is not None:
+        if name in ANY_FORCES and (top := _maximum(x[rows], values[rows], falling[rows])) is not None:
             axes.plot(*top, **MAXIMUM, color=line.colour)
             handles += [Line2D([], [], color="0.2", **MAXIMUM, label="maximum, where friction falls")]
+    return handles
+
+
+def _positive(table: Numbers, name: str) -> bool:
+    """Whether a scalar is nowhere below 0, as no share and no maximum of what is positive is."""
+    return name == "gamma_st" or "_depth_" in name or ("_max_" in name and float(np.nanmin(table[name])) >= 0.0)
+
+
+def _draw_diagram(
+    axes: Axes, x: Column, table: Numbers, names: Sequence[str], lines: list[Line],
+    theories: dict[str, list[dict[str, Column]]],
+) -> list[Artist]:
+    """What stands beside the curves of a diagram: theories, the points that failed, limits and a second axis; returns handles
+    for the legend."""
+    handles, error = list[Artist](), max(float(errors(table, name).max(initial=0.0)) for name in names)
     # The linear theory goes on without limit, and alone is cut off by the diagram.
     for theory, curves in sorted(theories.items(), key=lambda each: each[0] == "linear"):
         if theory == "linear":
-            style.not_closer_than(axes, float(error.max(initial=0.0)))
+            style.not_closer_than(axes, error)
         for line, curve in zip(lines, curves, strict=True) if names[0] in ANY_FORCES else ():
             axes.plot(curve["place"], curve[names[0]], color=line.colour, linestyle=THEORY_LOOKS[theory], linewidth=0.9)
             handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
-    style.not_closer_than(axes, float(error.max(initial=0.0)))
-    if positive:
+    style.not_closer_than(axes, error)
+    if all(_positive(table, name) for name in names):
         low, high = axes.get_ylim()
-        high = min(high, 1.05) if share else high
+        high = min(high, 1.05) if names[0] == "gamma_st" else high
         axes.set_ylim(max(low, -0.04 * high), high)
     # A point that failed has no value: it is marked at the foot, above each other where several lines fail at one place.
     failed = [line for line in lines if line.missed.size]
@@ -231,10 +274,9 @@ def _maximum(x: Column, force: Column, falling: NDArray[np.bool_]) -> tuple[floa
     return float(np.exp(place) if is_logarithmic(x) else place), float(c - 0.25 * b * b / a)
 
 
-def _draw_map(axes: Axes, table: Numbers, names: Sequence[str], over: Sequence[str], failed: NDArray[np.bool_]) -> None:
+def _draw_map(axes: Axes, table: Numbers, name: str, over: Sequence[str], failed: NDArray[np.bool_]) -> None:
     """A quantity over two swept ones as a map; crosses where points failed."""
-    x, y, values = table[over[0]], table[over[1]], merged(table, names)
-    assert values is not None
+    x, y, values = table[over[0]], table[over[1]], table[name]
     columns, rows = (np.unique(axis_values[np.isfinite(axis_values)]) for axis_values in (x, y))
     cells = np.full((rows.size, columns.size), math.nan)
     cells[np.searchsorted(rows, y), np.searchsorted(columns, x)] = np.where(failed, math.nan, values)
@@ -294,21 +336,15 @@ def places(values: Sequence[Any]) -> tuple[Column, list[str]]:
     return np.array([float(words.index(str(value))) for value in values]), words
 
 
-def merged(table: Numbers, names: Sequence[str]) -> Column | None:
-    """The largest of the named columns point by point; None where none of them holds a number."""
-    columns = [table[name] for name in names if name in table and np.any(np.isfinite(table[name]))]
-    return np.fmax.reduce(columns) if columns else None
-
-
 def rows_of(table: Numbers) -> list[dict[str, float]]:
     """The rows of the columns that hold numbers."""
     known = [name for name, column in table.items() if np.isfinite(column).any()]
     return [dict(zip(known, values, strict=True)) for values in zip(*(table[name].tolist() for name in known), strict=True)]
 
 
-def errors(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Column:
-    """Estimated errors of the named scalars in their own unit, the largest at each point; 0 where there is none."""
-    return np.array([max(row.get(UNCERTAINTY + name, 0.0) for name in names) for row in rows])
+def errors(table: Numbers, name: str) -> Column:
+    """Estimated errors of a scalar in its own unit; 0 where there is none."""
+    return np.nan_to_num(table.get(UNCERTAINTY + name, np.zeros(len(table[name]))))
 
 
 def theory_forces(table: Numbers, theory: str) -> dict[str, Column]:

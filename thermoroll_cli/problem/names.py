@@ -609,7 +609,7 @@ DIAGRAMS: dict[str, tuple[str, ...]] = {
     label: tuple(name for name, scalar in ALL_SCALARS.items() if scalar.diagram == label)
     for label in dict.fromkeys(scalar.diagram for scalar in ALL_SCALARS.values()) if label
 }
-"""Labels of the diagrams of a sweep and the scalars that each shows: of several the largest, as of the bodies' temperatures."""
+"""Labels of the diagrams of a sweep and the scalars that each shows: one, or that of the lower and that of the upper body."""
 
 
 def column_of(name: str, keys: Collection[str] = ()) -> tuple[str, str]:

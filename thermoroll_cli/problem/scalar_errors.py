@@ -277,14 +277,17 @@ def repeats(name: str, row: Mapping[str, Any]) -> bool:
 
 
 def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
-    """Whether a force or moment is zero by symmetry but for rounding."""
+    """Whether a force or moment is zero by symmetry but for rounding, or as it is given: nothing beside what friction carries,
+    and within its error."""
     forces = [known_as(force, scalars) for force in FORCES]
     if name not in (*forces, "spin_moment_Nmm"):
         return False
     scale = math.hypot(*(scalars.get(force, 0.0) for force in forces))
+    limit = min(SYMMETRY_NOISE * _number(scalars, "friction_limit_N"), _number(scalars, UNCERTAINTY + name))
     if name == "spin_moment_Nmm":
-        scale *= mean_semi_axis(scalars)
-    return abs(scalars.get(name, 0.0)) <= SYMMETRY_NOISE * scale
+        scale, limit = scale * mean_semi_axis(scalars), 0.0
+    size = abs(scalars.get(name, 0.0))
+    return size <= SYMMETRY_NOISE * scale or size <= limit
 
 
 # --- the points of a sweep -------------------------------------------------------------------------------------------
