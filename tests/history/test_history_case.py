@@ -629,6 +629,28 @@ def test_friction_that_falls_with_temperature() -> None:
     assert max(grows["force_x_N"]) > 1.01 * steady and grows["force_x_N"][-1] == pytest.approx(steady, rel=3e-3)
 
 
+def test_friction_may_vanish_for_a_while() -> None:
+    """An oily spot: nothing is carried on it, and behind it the contact begins as from nothing."""
+    spot = ball(load={"friction_coefficient": 0.4}, history={
+        "distance_mm": [0, 3, 4, 5, 5, 9], "steps": 18, "begin": "pressed", "values": {
+            "load.friction_coefficient": [0.4, 0.4, 0.0, 0.0, 0.4, 0.4], "creepage.longitudinal": [0.003] * 6}})
+    history = solve(spot).history
+    assert history is not None and set(history["status"]) == {"converged"}
+    force, limit = np.array(history["force_x_N"]), np.array(history["friction_limit_N"])
+    assert (force[8:11] == 0.0).all() and (force <= limit * (1.0 + 1e-9)).all()
+    assert force[11:17] == pytest.approx(force[1:7], rel=1e-3)
+    assert np.isnan(history["force_x_over_friction_limit"])[8:11].all()
+
+
+def test_a_creepage_of_zero_beside_a_force_over_time_is_left_out() -> None:
+    """Cases that older versions resolved have it written; another creepage contradicts the force."""
+    values = {"values": {"force.longitudinal_N": [0.05, 0.1, 0.1]}}
+    written = Case.from_dict(ball(creepage={"longitudinal": 0.0}, history=values))
+    assert written == Case.from_dict(ball(history=values)) and written.task.problem.motion.creepage_x is None
+    with pytest.raises(CaseError, match="cannot be given together with creepage.longitudinal"):
+        Case.from_dict(ball(creepage={"longitudinal": 1e-3}, history=values))
+
+
 def test_a_domain_smaller_than_the_contact_grows_with_a_warning() -> None:
     """As of a contact without a history."""
     case = {**ball(), "numerics": {"grid": 8, "extent": 1.5}}

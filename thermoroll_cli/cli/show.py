@@ -67,7 +67,7 @@ def show(
         [(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width)
     if plan is not None:
         drawing, numerics = _picture_seconds(read.plots, task.contact, plan), task.contact.numerics
-        asked = ", ".join(numerics.accuracy_of) or "the scalars"
+        asked = ", ".join(numerics.accuracy_of) or "forces, heat, temperatures and the largest pressure"
         upto = f" at most, until {asked} are good to {numerics.accuracy:g}" if numerics.accuracy is not None else ""
         pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
         seconds = 0.8 + plan.seconds + drawing  # Python, libraries and files take 0.8 s on one core

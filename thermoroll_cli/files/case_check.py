@@ -115,6 +115,7 @@ class _Checker:
                 self._note(override.path, "changes over time as history.values says", allowed="another key", at_key=True)
         self._raise()
         if history is not None:
+            self._without_zeros(varied)
             self._over_time(history)
         sections = dict(self.sections)
         if sections["thermal"] is None:
@@ -151,6 +152,17 @@ class _Checker:
         for conflict in conflicts(self.sections):
             self._note(conflict.path, conflict.message + self.source.line_of(conflict.other), allowed=conflict.allowed,
                        hint=conflict.hint, at_key=conflict.at_key)
+
+    def _without_zeros(self, varied: Collection[str]) -> None:
+        """Leave out creepages of 0 beside forces over time: cases that older versions resolved have such ones written."""
+        given = self.sections["creepage"]
+        zero = [way for way in ("longitudinal", "lateral") if getattr(given, way) == 0.0
+                and any(f"force.{way}_{unit}" in varied for unit in ("N", "N_mm"))]
+        if zero:
+            self.sections["creepage"] = given.model_copy(update=dict.fromkeys(zero))
+            left = {key: value for key, value in self.content["creepage"].items() if key not in zero}
+            self.content = {**self.content, "creepage": left}
+            self.source = replace(self.source, content=self.content)
 
     def _over_time(self, history: HistoryTable) -> None:
         """The case as it is at some places of its history, by the rules of all others. Raises CaseError."""

@@ -109,8 +109,6 @@ def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault
     coefficients = history.values.get("load.friction_coefficient", ())
     if coefficients and (friction is None or friction.law):
         yield ("history", "values"), "friction cannot change where it depends on slip", "a case without [friction]"
-    elif not all(coefficients):
-        yield ("history", "values"), "load.friction_coefficient is 0 at times", "numbers above 0"
     if friction is None:
         return
     if friction.memory_um and history.begin and history.begin not in STATES:

@@ -281,7 +281,8 @@ class NumericsTable(Table):
     ] | None = Field(default=None, description="Elements per side of the domain, or [nx, ny]")  # fmt: skip
     accuracy: float | None = quantity("Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
     accuracy_of: Annotated[list[str] | None, Allowed(f"a list of scalars, or of {', '.join(GROUPS)}")] = Field(
-        default=None, description="Scalars, or groups of them, that have to be as accurate; all if left out", max_length=100)
+        default=None, max_length=100, description="Scalars, or groups of them, that have to be as accurate; forces, "
+        "heat, temperatures and the largest pressure if left out")
     extent: float = quantity("Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
 
 

@@ -40,7 +40,8 @@ class Scalar:
     - `scale`: what its error is relative to; `kind`: how its error arises.
     - `given`: the problem gives it, or it is a measure of error itself: its error is not estimated.
     - `vanishes`: rolling along or across which makes it zero if bodies and motion are their own mirror image across y = 0.
-    - `accurate`: its error has to fall below `numerics.accuracy`.
+    - `accurate`: its error has to fall below `numerics.accuracy` unless `numerics.accuracy_of` names others: forces, heat,
+      temperatures and pressure. Shares of the contact are known as well as they are; what hardly sticks carries hardly anything.
     - `listed`: `run` prints it without `-v`.
     - `diagram`: the label of its diagram in the picture of a sweep, which it may share; it has a column in the printed table.
     - `brief`: a meaning for narrow terminals; `without_hertz`: the meaning if there is no Hertz contact to compare with, for
@@ -221,11 +222,11 @@ FIELDS = _named(
 SCALARS = _named(
     Scalar("Q_F_W", "total frictional heat", listed=True, kind="integral", accurate=True, brief="frictional heat",
            diagram="frictional heat $Q_F$ (W)"),
-    Scalar("gamma_c", "contact area / Hertz area", listed=True, kind="relative area", accurate=True, brief="area/Hertz area",
+    Scalar("gamma_c", "contact area / Hertz area", listed=True, kind="relative area", brief="area/Hertz area",
            diagram=r"contact area ratio $\gamma_\mathrm{c}$", without_hertz="contact area / cold area"),
-    Scalar("gamma_st", "stick area / contact area", "share", listed=True, kind="stick", accurate=True, brief="stick/contact",
+    Scalar("gamma_st", "stick area / contact area", "share", listed=True, kind="stick", brief="stick/contact",
            diagram=r"stick area ratio $\gamma_\mathrm{st}$"),
-    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="relative peak pressure", accurate=True,
+    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="relative peak pressure",
            diagram=r"pressure ratio $\gamma_\mathrm{p}$", brief="p_max/p0", without_hertz="maximum pressure / cold one"),
     *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, kind="diffused",
               accurate=True, diagram=r"max. rise $\Delta T$ (K)"),
@@ -659,8 +660,9 @@ def _group(scalar: Scalar) -> str:
 
 
 GROUPS: dict[str, tuple[str, ...]] = {
-    group: tuple(name for name, scalar in (SCALARS | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS).items() if _group(scalar) == group)
-    for group in ("forces", "heat", "temperatures", "stresses", "shares", "wear")}
+    group: tuple(name for name, scalar in (SCALARS | SUBSURFACE_SCALARS | ASSEMBLY_SCALARS).items()
+                 if group in (_group(scalar), "all"))
+    for group in ("forces", "heat", "temperatures", "stresses", "shares", "wear", "all")}
 """Groups of scalars whose accuracy may be asked for together."""
 
 

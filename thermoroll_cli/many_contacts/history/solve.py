@@ -272,7 +272,9 @@ def _result(
     of_problem = [_known(problem) for problem in problems]
     numbers = [{**row.scalars, **known} for row, known in zip(rows, of_problem, strict=True)]
     cells = [each | over_limit(each) for each in numbers]
-    columns = {name: np.array([each[name] for each in cells]) for name in cells[0]}
+    # Without friction nothing is relative to what it carries.
+    names = dict.fromkeys(name for each in cells for name in each)
+    columns = {name: np.array([each.get(name, math.nan) for each in cells]) for name in names}
     table, reason = table_of(history, rows, ["" if row.converged else NOT_SOLVED for row in rows], columns, errors,
                              {number: row.state for number, row in enumerate(rows) if row.state is not None})
     problem = replace(problems[-1], normal_force=last.reported.scalars["normal_N"])

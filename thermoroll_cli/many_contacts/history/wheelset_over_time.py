@@ -328,7 +328,7 @@ def _result(
         if known.any() and not np.isnan(left).all():
             error = SAFETY * over_rows(places, places[known], np.abs(column - other)[known])
             errors[name] = np.where(np.isnan(column) | ~done, math.nan,
-                                    error + np.nan_to_num(left) + FLOOR * error_scale(name, largest))
+                                    error + left + FLOOR * error_scale(name, largest))
     table, reason = table_of(history, [*rows.values()], [result.reason for result in results], columns, errors)
     last = rows[places.tolist()[-1]]
     before = coarser.get(last.place)

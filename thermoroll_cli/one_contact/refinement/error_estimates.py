@@ -245,7 +245,7 @@ class Resolution:
                          floor=carried * (FLOOR + sum(self.plan.left_out.values())),
                          safety=SAFETY_EXTRAPOLATED if scalar.name in EXTRAPOLATED else SAFETY)
         # Heat of zones narrower than an element is spread over elements.
-        return max(error, self.summary["power_balance_error"] * rubbed) if scalar.kind == "diffused" else error
+        return worst([error, self.summary["power_balance_error"] * rubbed]) if scalar.kind == "diffused" else error
 
     def knows(self, scalar: Scalar) -> bool:
         """Whether a scalar vanishes because everything is its own mirror image across y = 0; without traction stick, too."""
