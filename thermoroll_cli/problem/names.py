@@ -41,7 +41,7 @@ class Scalar:
     - `given`: the problem gives it, or it is a measure of error itself: its error is not estimated.
     - `vanishes`: rolling along or across which makes it zero if bodies and motion are their own mirror image across y = 0.
     - `accurate`: its error has to fall below `numerics.accuracy` unless `numerics.accuracy_of` names others: forces, heat,
-      temperatures and pressure. Shares of the contact are known as well as they are; what hardly sticks carries hardly anything.
+      temperatures and pressure. What hardly sticks carries hardly anything, and may be known as badly.
     - `listed`: `run` prints it without `-v`.
     - `diagram`: the label of its diagram in the picture of a sweep, which it may share; it has a column in the printed table.
     - `brief`: a meaning for narrow terminals; `without_hertz`: the meaning if there is no Hertz contact to compare with, for
