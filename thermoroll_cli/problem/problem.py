@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from itertools import accumulate
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -303,7 +303,9 @@ class Problem(Task):
     - `title`: of tables and pictures;
     - `interlayer`: the third body between the surfaces (`Interlayer`);
     - `subsurface`, `wear`: requests beyond the contact (`SubsurfaceRequest`, `Wear`), None without;
-    - `length`: of a line contact over time in m: displacements grow with its logarithm. Steady states do not know it (inf).
+    - `length`: of a line contact over time in m: displacements grow with its logarithm. Steady states do not know it (inf);
+    - `heights`: what closes the gap besides the shapes of `geometry`, over places along x and y (`surface.Heights`), None:
+      nothing. Files of results do not keep them.
 
     `solve` raises ValueError for a problem that has no steady state.
     """
@@ -325,6 +327,7 @@ class Problem(Task):
     approach: float | None = None
     vertical: float | None = None
     length: float = math.inf
+    heights: Any = None
 
     @property
     def load_is_given(self) -> bool:

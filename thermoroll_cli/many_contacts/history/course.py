@@ -15,6 +15,7 @@ from thermoroll_cli.one_contact.steady_state.derived import pressed_to
 from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.surface import Heights
 from thermoroll_cli.tools.arrays import Array
 
 Begin = Literal["steady", "pressed"] | Result
@@ -174,15 +175,20 @@ class OverTime(Task):
 
 @dataclass(frozen=True)
 class History(OverTime):
-    """A contact over time."""
+    """A contact over time, and the `surfaces` of the lower and of the upper body that roll through it (None: smooth)."""
 
     kind: ClassVar[str] = "contact over time"
 
     problem: Problem
+    surfaces: tuple[Heights | None, Heights | None] = (None, None)
 
     @property
     def contact(self) -> Problem:
         return self.problem
+
+    def begins_at(self, distance: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """How far the material of the lower and of the upper body has moved (m) at the beginning, after a `distance` (m)."""
+        return ((distance, 0.0), (distance, 0.0)) if any(self.surfaces) else ((0.0, 0.0), (0.0, 0.0))
 
     def problem_at(self, place: float, *, after: bool = False) -> Problem:
         """The problem at one place of the course; at a jump the one before it, or `after` it."""

@@ -17,6 +17,8 @@ time of the step stands for V. u is that of traction and, between unlike bodies,
 Heat is remembered (`heat_over_time`): the material of both bodies drifts with V ± half the creepage, which is the one given, or
 where it is an unknown that of the step before. Their thermal expansion acts back within each step as in the steady state.
 
+Surfaces with heights have moved as the material has. The gap of a step is closed by what stands in the contact at its end.
+
 Energy: the tractions do the `work` ∫ ∬ τ·ξ dσ, of which ½ ∬ τ·u is stored, and the rest becomes heat.
 """
 
@@ -37,7 +39,7 @@ from thermoroll_cli.one_contact.steady_state.discretisation import Discretisatio
 from thermoroll_cli.one_contact.steady_state.fixed_point import HEAT, Learnt, SteadyState, fixed_point
 from thermoroll_cli.one_contact.steady_state.heated_bodies import HeatResponses, heated_bodies
 from thermoroll_cli.one_contact.steady_state.scalars import reported_state
-from thermoroll_cli.physics.heat.heat_over_time import End, HeatMemory, Place
+from thermoroll_cli.physics.heat.heat_over_time import UNMOVED, End, HeatMemory, Place
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatResponse, ThermalResponse
 from thermoroll_cli.physics.numerics.convolution import Parities
 from thermoroll_cli.physics.numerics.grid import Grid, Prolongation
@@ -46,6 +48,7 @@ from thermoroll_cli.problem.contact import Contact, Past, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.surface import Heights, SurfacesInContact
 from thermoroll_cli.tools.arrays import Array
 
 MOST_GROWTH = 2.4
@@ -101,9 +104,12 @@ class Stepper:
     before: Reached | None = None
     interpolated = 0.0
 
-    def __init__(self, base: Discretisation, mirror: Parities | None) -> None:
-        """`base` has the grid, and the kernels of all states; `mirror` is the symmetry that all have."""
-        self.base, self.mirror, self.hot = base, mirror, False
+    def __init__(
+        self, base: Discretisation, mirror: Parities | None, surfaces: tuple[Heights | None, Heights | None] = (None, None)
+    ) -> None:
+        """`base` has the grid, and the kernels of all states; `mirror` is the symmetry that all have, `surfaces` are those of
+        the lower and of the upper body."""
+        self.base, self.mirror, self.hot, self.surfaces = base, mirror, False, surfaces
         self.memory: HeatMemory | None = None
         problem = base.derived.problem
         if problem.heating.heat:
@@ -124,6 +130,7 @@ class Stepper:
         before; it is returned, None without any."""
         if self.memory is None:
             return None
+        now = _seen_by_heat(now, here.derived.problem)
         if heat is None:
             found = here.heat(contact)
             assert isinstance(found.response, HeatResponse)
@@ -133,8 +140,12 @@ class Stepper:
 
     # --- the beginning -----------------------------------------------------------------------------------------------
 
-    def begin(self, problem: Problem, begin: Begin) -> tuple[Discretisation, SteadyState]:
-        """The state of `problem` to begin with: the steady one, or tractions that are given."""
+    def begin(
+        self, problem: Problem, begin: Begin, moved: tuple[Place, Place] = UNMOVED
+    ) -> tuple[Discretisation, SteadyState]:
+        """The state of `problem` to begin with: the steady one, or tractions that are given. Surfaces stand where the bodies
+        have `moved`; in a steady state they stay there."""
+        problem = self._with_surfaces(problem, moved)
         here, tolerances = self.base.under(DerivedQuantities(problem)), self.base.options.tolerances
         mirror = None if isinstance(begin, Result) else here.derived.kinematics.mirror_on(
             here.grid.ny, heated=problem.friction_varies or self.hot)
@@ -211,16 +222,20 @@ class Stepper:
             friction = None if last.friction is None or before.friction is None else (
                 last.friction * (one / rate) - before.friction * (two / rate))
             past = Past(rate, last.u * one - before.u * two, self.mirror, friction=friction)
-        constant = jumps or not past.rolls or not last.rolls
+        # Surfaces stand still in the state at the beginning: its rates are not those after it.
+        constant = jumps or not past.rolls or not last.rolls or (self.before is None and any(self.surfaces))
         now = End(time, self._moved(problem, step, last, constant=constant), constant)
-        heat = _StepHeat(self.memory, now) if self.memory is not None and heats else None
-        return self.base.under(DerivedQuantities(problem, past), heat), now
+        heat = _StepHeat(self.memory, _seen_by_heat(now, problem)) if self.memory is not None and heats else None
+        return self.base.under(DerivedQuantities(self._with_surfaces(problem, now.moved), past), heat), now
+
+    def _with_surfaces(self, problem: Problem, moved: tuple[Place, Place]) -> Problem:
+        """`problem` with the heights that stand in the contact where the bodies have `moved`."""
+        there = tuple((surface, place) for surface, place in zip(self.surfaces, moved, strict=True) if surface is not None)
+        return replace(problem, heights=SurfacesInContact(there)) if there else problem
 
     def _moved(self, problem: Problem, step: float, last: Reached, *, constant: bool) -> tuple[Place, Place]:
         """How far the material of both bodies has moved at the end of a step over the distance `step`."""
         motion, (lower, upper) = problem.motion, last.end.moved
-        if problem.heating.peclet != "rolling":
-            return lower, upper
         creepages = []
         for given, found in zip((motion.creepage_x, motion.creepage_y), last.contact.tangential.creepage, strict=True):
             known = found if last.rolls == bool(step) else 0.0
@@ -293,9 +308,9 @@ class Steps:
     ) -> None:
         self.history, derived = history, DerivedQuantities(history.largest)
         base = Discretisation(derived, shape, extent or derived.problem.numerics.extent, threads, options)
-        self.stepper = Stepper(base, None)
-        # Nothing is known of the symmetry of tractions that are given.
-        if not isinstance(history.course.begin, Result):
+        self.stepper = Stepper(base, None, history.surfaces)
+        # Nothing is known of the symmetry of tractions that are given, nor of surfaces.
+        if not isinstance(history.course.begin, Result) and not any(history.surfaces):
             self.stepper.mirror = DerivedQuantities(history.most).kinematics.mirror_on(
                 shape[1], heated=derived.problem.friction_varies or self.stepper.hot)
 
@@ -309,8 +324,8 @@ class Steps:
         for number, (stop, time, distance) in enumerate(ends):
             known, problem, shift = None, history.problem_at(stop), history.shift_at(stop)
             if stepper.last is None:
-                here, state = stepper.begin(problem, course.begin)
-                now = End(time)
+                now = End(time, history.begins_at(distance))
+                here, state = stepper.begin(problem, course.begin, now.moved)
             else:
                 known = kept.find(number, here.grid) if stop < rows[-1] else None
                 here, now = stepper.step(problem, time, distance, shift, jumps=stepper.last.place in course.jumps,
@@ -330,6 +345,11 @@ class Steps:
                 yield Moment(stop, time, distance, here, state, reported, work,
                              solved and state.contact.tangential.converged)
                 work, solved = 0, True
+
+
+def _seen_by_heat(end: End, problem: Problem) -> End:
+    """`end` for heat, whose material may be asked not to move."""
+    return end if problem.heating.peclet == "rolling" else end._replace(moved=UNMOVED)
 
 
 def _friction_factor(here: Discretisation, contact: Contact) -> Array | None:

@@ -225,6 +225,8 @@ class Kinematics:
         Purely longitudinal rolling is its own mirror image. Lateral creepage and spin change sign in the mirror, which reverses
         all tractions. This symmetry does not hold for bodies of unlike elasticity, since the pressure pulls surfaces inwards in
         the mirror, too, nor with differential slip, which is the same on both sides."""
+        if self.problem.heights is not None:
+            return None
         if self.derived.past is not None:
             return self.derived.past.mirror
         m = self.problem.motion

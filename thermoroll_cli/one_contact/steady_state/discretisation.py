@@ -17,6 +17,7 @@ from thermoroll_cli.physics.heat.frictional_heat import MISMATCH_TOLERANCE, Heat
 from thermoroll_cli.physics.numerics.grid import Domain, Grid
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
+from thermoroll_cli.problem.surface import edges
 from thermoroll_cli.tools.arrays import Array
 
 
@@ -55,12 +56,14 @@ class SolverOptions:
 class Discretisation:
     """One problem on one grid.
 
-    `pressure`, `traction` and `responses` solve its stages; they do not depend on the motion, so problems with the same contact
-    share them (`has_kernels_of`). Each builds its kernels when they are first needed."""
+    `pressure`, `traction` and `responses` solve its stages; they depend neither on the motion nor on the problem's `heights`,
+    so problems with the same contact share them (`has_kernels_of`). Each builds its kernels when they are first needed."""
 
     pressure: PressureSolver
     traction: TractionSolver
     responses: HeatResponses
+    heights: Array | None
+    """Mean heights of the surfaces in each element over their smooth shapes in m, (nx, ny); None of smooth ones."""
 
     def __init__(
         self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1,
@@ -70,11 +73,11 @@ class Discretisation:
         """`followed` is a domain around a heated contact, at any place; it replaces the one of `extent` semi-axes about the
         isothermal contact. `coarser` is the next coarser grid; `before` the same grid of another problem, whose solvers are
         taken where they serve; else its isothermal pressure predicts this one, and its tables of thermal expansion are kept."""
-        self.derived, self.extent, self.threads, self.followed = derived, extent, threads, followed
+        self.extent, self.threads, self.followed = extent, threads, followed
         self.options = options or SolverOptions()
         self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
-        self._heats: WeakKeyDictionary[Traction, tuple[float, Heat]] = WeakKeyDictionary()
         self._exchanged: Array | None = None
+        self._ask(derived)
         if before is not None and before.has_kernels_of(derived):
             self.pressure, self.traction, self.responses = before.pressure, before.traction, before.responses
             return
@@ -91,13 +94,22 @@ class Discretisation:
         """The same grid, with its kernels, for another load or motion of the same bodies, with other thermal `responses` if
         given."""
         other = copy.copy(self)
-        other.derived, other._heats, other.responses = derived, WeakKeyDictionary(), responses or self.responses
+        other._ask(derived)
+        other.responses = responses or self.responses
         if not self.has_kernels_of(derived):
             other.pressure = PressureSolver(
                 derived, self.grid, None if self.followed else self.extent, self.options.tolerances.normal,
                 whole_elements=self.options.whole_elements,
                 start=self.isothermal_pressure.start * (derived.scales.peak_pressure / self.derived.scales.peak_pressure))
         return other
+
+    def _ask(self, derived: DerivedQuantities) -> None:
+        """Take a problem, of which nothing is solved yet."""
+        self.derived = derived
+        grid, heights = self.grid, derived.problem.heights
+        self.heights = None if heights is None else heights.over(edges(grid.x, grid.dx), edges(grid.y, grid.dy))
+        self._heats: WeakKeyDictionary[Traction, tuple[float, Heat]] = WeakKeyDictionary()
+        self._rough_pressure: Pressure | None = None
 
     @property
     def place(self) -> tuple[object, ...]:
@@ -118,11 +130,17 @@ class Discretisation:
     @property
     def isothermal_pressure(self) -> Pressure:
         """Pressure on bodies that only their load deforms."""
-        return self.pressure.isothermal
+        if self.heights is None:
+            return self.pressure.isothermal
+        if self._rough_pressure is None:
+            self._rough_pressure = self.press(None, self.pressure.isothermal, self.options.tolerances.normal)
+        return self._rough_pressure
 
     def press(self, offset: Array | None, start: Pressure, tolerance: float) -> Pressure:
-        """Contact pressure on bodies whose gap is closed by `offset` (m, (nx, ny)) beforehand: thermal expansion, normal
-        displacement by shear (None: nothing). `start` is where the solver begins."""
+        """Contact pressure on bodies whose gap is closed by the heights of their surfaces and by `offset` (m, (nx, ny))
+        beforehand: thermal expansion, normal displacement by shear (None: nothing). `start` is where the solver begins."""
+        if self.heights is not None:
+            offset = self.heights if offset is None else self.heights + offset
         if offset is None:
             return self.isothermal_pressure
         mirrored = self.derived.kinematics.mirror_on(self.grid.ny, heated=True) is not None
@@ -147,7 +165,7 @@ class Discretisation:
         rigid = self.driving_slip(normal)
         if self.derived.kinematics.has_traction:
             return self.traction.solve(self.derived, normal, rigid, start, tolerance, friction,
-                                       undisturbed=normal is self.isothermal_pressure)
+                                       undisturbed=normal is self.pressure.isothermal)
         # No solution is needed: without friction the surfaces slide freely, without creepage they stick.
         zero, sliding, motion = np.zeros((2, *self.grid.shape)), self.derived.kinematics.moves, self.derived.problem.motion
         slip = rigid * normal.contact if sliding else zero

@@ -251,7 +251,7 @@ def _change(discretisation: Discretisation, before: Contact, after: Contact) -> 
         # Heat that concentrates the contact presses the bodies deeper into each other than their cold approach.
         scales["expansion"] = max(scales["expansion"], _variation(after))
     # Includes elements that a shrunken contact has left: the gap must be converged there, too.
-    where = after.normal.contact | discretisation.isothermal_pressure.contact
+    where = after.normal.contact | discretisation.pressure.isothermal.contact
     on_contact = {name: change[where] for name, change in changes.items()}
     # The displacement by shear changes with every element that the border gains or loses: only its mean square converges.
     squared = after.shear_displacement is not None
@@ -335,6 +335,8 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     offset = before.offset
     assert offset is not None
     undeformed = discretisation.pressure.undeformed_gap
+    if discretisation.heights is not None:
+        undeformed = undeformed - discretisation.heights
     defect = normal.displacement + undeformed - offset - normal.approach * cosine
     # The border apart it is the same everywhere: the approach is that of whole elements.
     middle = np.unravel_index(np.argmax(normal.pressure), contact.shape)

@@ -59,7 +59,7 @@ def _reference(discretisation: Discretisation) -> tuple[float, float]:
     hertz = discretisation.derived.hertz
     if hertz is not None:
         return hertz.area, hertz.peak_pressure
-    cold = discretisation.isothermal_pressure
+    cold = discretisation.pressure.isothermal
     return float(cold.covered.sum()) * discretisation.grid.element_area, cold.peak
 
 
@@ -371,13 +371,14 @@ def track_scalars(
 
 def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[str, float]]:
     """Scalars of each patch, from −y to +y: centre of its pressure, forces, area and largest pressure, in the units of the
-    names; none of an elliptic gap, which has one patch.
+    names; none of an elliptic gap, which has one patch, nor of rough surfaces, which have spots.
 
     The gap is a function of x plus one of y, so no patch lies beside another along x."""
     grid, normal = discretisation.grid, contact.normal
     lateral = discretisation.derived.problem.geometry.lateral_place(grid.y)
     out: list[dict[str, float]] = []
-    for columns in () if discretisation.derived.problem.geometry.elliptic else patches_across(normal.covered):
+    several = not discretisation.derived.problem.geometry.elliptic and discretisation.heights is None
+    for columns in patches_across(normal.covered) if several else ():
         here = np.zeros(grid.ny, dtype=bool)
         here[columns] = True
         pressure, covered = normal.pressure * here, normal.covered * here

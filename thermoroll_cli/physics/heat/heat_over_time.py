@@ -36,6 +36,7 @@ TEMPERATURE, SLOPE, EXPANSION = range(3)
 EFFECTS: tuple[Effect, ...] = "temperature", "slope", "expansion"
 
 Place = tuple[float, float]
+UNMOVED: tuple[Place, Place] = ((0.0, 0.0), (0.0, 0.0))
 Kernels = Spectrum | None
 """Spectra of all effects of the heat at one end, in units of the tables; None where it has left the grid."""
 
@@ -45,7 +46,7 @@ class End(NamedTuple):
     m, along x and y, and whether the heat of the step is `constant`."""
 
     time: float
-    moved: tuple[Place, Place] = ((0.0, 0.0), (0.0, 0.0))
+    moved: tuple[Place, Place] = UNMOVED
     constant: bool = False
 
 

@@ -1,0 +1,222 @@
+"""Heights of a body over its smooth shape: roughness, waves, dents, flats. They close the gap where they stand.
+
+Heights are positive out of the body, in m, and functions of u, the distance along the surface in the order in which its points
+come into the contact, and of y across rolling. The material of a body that has moved by s stands in the contact's frame at
+x = s − u. Each element of a grid sees its mean height: coarse grids then see a smoother surface, and errors fall with the
+square of the elements.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import scipy
+
+from thermoroll_cli.tools.arrays import AnyArray, Array
+
+DEGREE = 3
+"""Of the splines through measured heights."""
+
+
+class Heights(Protocol):
+    """Heights that are known everywhere."""
+
+    def over(self, along: Array, across: Array) -> Array:
+        """Mean heights in m, (n, m), over the rectangles between rising places in m: `along` (n + 1,), `across` (m + 1,). The
+        one rectangle of a line contact goes from −inf to inf across."""
+        ...
+
+
+@dataclass(frozen=True)
+class SurfacesInContact:
+    """Surfaces of bodies in the contact, each with how far it has moved (m) along x and along y: heights along x instead of u,
+    the sum of which closes the gap."""
+
+    surfaces: tuple[tuple[Heights, tuple[float, float]], ...]
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `Heights.over`, with places along x."""
+        return np.sum([surface.over((moved - along)[::-1], across - sideways)[::-1]
+                       for surface, (moved, sideways) in self.surfaces], axis=0)
+
+
+@dataclass(frozen=True)
+class Sum:
+    """The sum of several surfaces of one body."""
+
+    parts: tuple[Heights, ...]
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `Heights.over`."""
+        return np.sum([part.over(along, across) for part in self.parts], axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """`heights` (n, m) in m at points `spacing` (m) apart along u and y, joined by a spline. The first one lies at u = `start`,
+    y = `side`. Where it `repeats` (along, across) it comes again and again; else the body is smooth beyond its ends. One column
+    is the same at all y."""
+
+    heights: Array
+    spacing: tuple[float, float]
+    start: float = 0.0
+    side: float = 0.0
+    repeats: tuple[bool, bool] = (False, False)
+    _columns: dict[bytes, Callable[[Array], Array]] = field(default_factory=dict, repr=False)
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `Heights.over`."""
+        key = across.tobytes()
+        if key not in self._columns:
+            # Steps without lateral creepage ask for the same columns again.
+            self._columns.clear()
+            columns = self.heights if self._across is None else (
+                np.diff(self._across(across - self.side), axis=0) / np.diff(across)[:, None]).T
+            self._columns[key] = integral_of(columns, self.spacing[0], repeats=self.repeats[0])
+        integral = self._columns[key](along - self.start)
+        means = np.diff(integral, axis=0) / np.diff(along)[:, None]
+        return np.asarray(np.broadcast_to(means, (len(along) - 1, len(across) - 1)))
+
+    @cached_property
+    def _across(self) -> Callable[[Array], Array] | None:
+        if self.heights.shape[1] == 1:
+            return None
+        return integral_of(self.heights.T, self.spacing[1], repeats=self.repeats[1])
+
+
+def integral_of(values: Array, spacing: float, *, repeats: bool) -> Callable[[Array], Array]:
+    """The integral from 0 to any place (m), (k,) → (k, m), of the spline through `values` (n, m) at points `spacing` (m) apart
+    from 0 on; beyond them they repeat, or are zero."""
+    mean = values.mean(axis=0) if repeats else np.zeros(values.shape[1])
+    values = np.concatenate([values, values[:1]]) - mean if repeats else values
+    points, count = spacing * np.arange(len(values)), len(values)
+    if count == 1:
+        return lambda places: np.zeros((len(places), values.shape[1]))
+    periodic = repeats and count > DEGREE
+    spline = scipy.interpolate.make_interp_spline(
+        points, values, k=min(DEGREE, count - 1) if periodic or not repeats else 1, bc_type="periodic" if periodic else None)
+    integral = spline.antiderivative()
+
+    def between(places: Array) -> Array:
+        inside = places % points[-1] if repeats else np.clip(places, 0.0, points[-1])
+        return np.asarray(integral(inside) + (mean * places[:, None] if repeats else 0.0))
+
+    return between
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A wave of an `amplitude` and a `length` (m) whose crest lies at u = `start`, y = `side`; its direction is turned by an
+    `angle` (rad) from u towards y."""
+
+    amplitude: float
+    length: float
+    angle: float = 0.0
+    start: float = 0.0
+    side: float = 0.0
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `Heights.over`: the wave at the centre, less what its mean loses."""
+        k = 2.0 * math.pi / self.length
+        mean = self.amplitude * np.ones((len(along) - 1, len(across) - 1), dtype=complex)
+        # Waves along or across have no other part: sin π is not 0, and the width of a line contact is infinite.
+        parts = (round(math.cos(self.angle), 15), along - self.start), (round(math.sin(self.angle), 15), across - self.side)
+        for axis, (share, ends) in enumerate(parts):
+            if share:
+                middle, width = 0.5 * (ends[1:] + ends[:-1]), np.diff(ends)
+                factor = np.exp(1j * share * k * middle) * np.sinc(share * width / self.length)
+                mean *= factor[:, None] if axis == 0 else factor
+        return mean.real
+
+
+@dataclass(frozen=True)
+class Dent:
+    """A round dent of a `depth` and a `radius` (m) with a `shoulder` (m) around it and the centre u = `start`, y = `side`,
+
+        h = (c q − d) exp(−q),   q = r²/R²,
+
+    with the c that makes the shoulder the largest height. A negative depth is a bump."""
+
+    depth: float
+    radius: float
+    shoulder: float = 0.0
+    start: float = 0.0
+    side: float = 0.0
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `Heights.over`; in closed form, since a Gaussian is a product of one along and one across."""
+        (one, square), (other, square_across) = (
+            _gaussian_means((ends - centre) / self.radius) for ends, centre in ((along, self.start), (across, self.side)))
+        rise = self._rise
+        return np.asarray(np.outer(rise * square - self.depth * one, other) + rise * np.outer(one, square_across))
+
+    @cached_property
+    def _rise(self) -> float:
+        """c in m: the largest height is c exp(−1 − d/c)."""
+        if self.shoulder <= 0.0:
+            return 0.0
+        # d/c = W(e⁻¹ d/S)
+        ratio = float(scipy.special.lambertw(self.depth / (math.e * self.shoulder)).real)
+        return math.e * self.shoulder * math.exp(ratio)
+
+
+def _gaussian_means(ends: Array) -> tuple[Array, Array]:
+    """Means of exp(−t²) and t² exp(−t²) between the `ends`."""
+    area, bell, width = 0.5 * math.sqrt(math.pi) * scipy.special.erf(ends), np.exp(-(ends**2)), np.diff(ends)
+    return np.diff(area) / width, np.diff(0.5 * (area - ends * bell)) / width
+
+
+@dataclass(frozen=True)
+class Flat:
+    """A flat of a `length` (m), of any width, on a body of the `radius` (m), with its middle at u = `start`: a chord in place
+    of the arc, whose corners are rounded over `rounding` (m). It comes again after each `turn` (m; inf: once)."""
+
+    length: float
+    radius: float
+    rounding: float
+    start: float = 0.0
+    turn: float = math.inf
+
+    @property
+    def depth(self) -> float:
+        """Largest depth without rounding in m."""
+        return self.length**2 / (8.0 * self.radius)
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `Heights.over`."""
+        places = along - self.start
+        if math.isfinite(self.turn):
+            turns = np.round(places / self.turn)
+            integral = self._integral(places - turns * self.turn) - turns * self.length**3 / (12.0 * self.radius)
+        else:
+            integral = self._integral(places)
+        return np.repeat((np.diff(integral) / np.diff(along))[:, None], len(across) - 1, axis=1)
+
+    def _integral(self, places: Array) -> Array:
+        """The integral of the mean of the sharp flat over `rounding` about each place, odd in the places."""
+        half = 0.5 * self.rounding
+        if half == 0.0:
+            return self._sharp(places, 1)
+        return np.asarray((self._sharp(places + half, 2) - self._sharp(places - half, 2)) / self.rounding)
+
+    def _sharp(self, places: Array, order: int) -> Array:
+        """The first or second integral from 0 of −(L²/4 − u²)/2R within the flat."""
+        end = 0.5 * self.length
+        inside, beyond = np.clip(places, -end, end), np.abs(places) - end
+        once = (inside**3 / 3.0 - end**2 * inside) / (2.0 * self.radius)
+        if order == 1:
+            return np.asarray(once)
+        twice = (inside**4 / 12.0 - end**2 * inside**2 / 2.0) / (2.0 * self.radius)
+        return np.asarray(twice - np.maximum(beyond, 0.0) * np.abs(once))
+
+
+def edges(places: AnyArray, width: float) -> Array:
+    """Borders of elements of a `width` (m) about the centres `places` (m); those of one that has no end lie at infinity."""
+    if math.isinf(width):
+        return np.array([-math.inf, math.inf])
+    return np.append(places - 0.5 * width, places[-1] + 0.5 * width)
