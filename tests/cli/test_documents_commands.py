@@ -46,6 +46,8 @@ SMALLER = (
 """What is replaced in the commands: more would only take longer."""
 WITH_TESTS = ("commands", "ci", "import", "measured_profiles", "record_over_time", "sweeps_and_tables")
 """Pages whose commands have a test of their own, which looks at what they write."""
+LONG = ("bearing", "polymers", "wheelset")
+"""Other pages whose commands take seconds."""
 SCRIPTS = ("wheelset",)
 """Pages with scripts that begin from a result of a contact."""
 
@@ -188,9 +190,10 @@ def test_tutorial(place: Path) -> None:
     python(script.replace('"numerics.grid": 64', f'"numerics.grid": {GRID}'), place)
 
 
-@pytest.mark.parametrize("name", sorted(
-    path.stem for path in (ROOT / "docs").glob("*.md")
-    if path.stem not in WITH_TESTS and "```sh\n" in path.read_text(encoding="utf-8")))
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=pytest.mark.slow) if name in LONG else name
+    for name in sorted(path.stem for path in (ROOT / "docs").glob("*.md") if path.stem not in WITH_TESTS)
+    if "```sh\n" in (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")])
 def test_worked_examples(name: str, place: Path) -> None:
     """Every other page that has commands."""
     for block in blocks(name, "sh"):
@@ -225,6 +228,7 @@ def test_every_block_is_run() -> None:
     assert found - read - elsewhere - {("record_over_time", "text")} == set()
 
 
+@pytest.mark.slow
 def test_measured_profiles(place: Path) -> None:
     (commands,) = blocks("measured_profiles", "sh")
     *_, wear = smaller(commands).splitlines()
@@ -235,12 +239,14 @@ def test_measured_profiles(place: Path) -> None:
         assert float(list(csv.DictReader(file))[-1]["distance_km"]) == 100.0
 
 
+@pytest.mark.slow
 def test_a_record_over_time(place: Path) -> None:
     for block in blocks("record_over_time", "sh"):
         run(smaller(block).replace("run cases", "run --no-plots cases"), place)
     assert (place / "results" / "corrugation_history.gif").exists()
 
 
+@pytest.mark.slow
 def test_sweeps_and_tables(place: Path) -> None:
     (measured,) = blocks("sweeps_and_tables", "text")
     (place / "curve.csv").write_text(measured, encoding="utf-8")

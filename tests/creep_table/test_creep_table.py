@@ -174,6 +174,7 @@ def test_reversal_mirror_and_units(circle: CreepForceTable) -> None:
     assert circle.forces(1e-3, 0.0, 0.0, **contact).force_x.shape == ()
 
 
+@pytest.mark.slow
 def test_falling_friction_through_an_equivalent_coefficient() -> None:
     """Within the stated errors of what the solver finds: a wheel on a rail, with and without spin."""
     steel, law = Material(210e9, 0.28), FrictionLaw("exponential", 0.14 / 0.33, 1.25)

@@ -393,6 +393,6 @@ def test_broken_texts_raise_nothing(text: str) -> None:
 
 
 @given(st.text(st.sampled_from("ab.= []{}\"'#\n1\\"), max_size=40))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_no_text_raises(text: str) -> None:
     Places(text)

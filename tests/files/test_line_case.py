@@ -130,6 +130,7 @@ def test_show_and_sweeps(case: Path, tmp_path: Path) -> None:
     assert animated.returncode == 0 and list(tmp_path.glob("*.gif")), animated.stderr
 
 
+@pytest.mark.slow
 def test_a_fit_of_friction_from_forces_over_the_load(case: Path, tmp_path: Path) -> None:
     creepages = (1e-4, 2e-4, 3e-4, 5e-4)
     forces = [solve(gears(creepage={"longitudinal": xi}, load={"friction_coefficient": 0.05}))["force_x_N_mm"]

@@ -259,6 +259,7 @@ def test_a_sweep_keeps_the_history_of_each_point(tmp_path: Path) -> None:
     assert "of another sweep" in done.stderr and "ball_0003_history.csv" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_fit_to_a_record_over_time() -> None:
     """Data of finer steps between the rows; without noise the coefficient of friction is found. On the grid of the case, which
     the tolerance allows: 2 % of friction."""
@@ -418,6 +419,7 @@ def test_the_steady_state_stays(tables: dict[str, Any]) -> None:
     assert history["force_x_N"][0] == pytest.approx(steady["force_x_N"], abs=2.0 * history["uncertainty.force_x_N"][0])
 
 
+@pytest.mark.slow
 def test_a_shift_of_coated_and_of_conformal_bodies() -> None:
     """A thick coating is its material, a thin one that below; a conformal contact that is hardly curved that of its radii."""
     def shifted(**tables: dict[str, Any]) -> float:

@@ -71,6 +71,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_the_site_has_all_cases_and_names(site: Path) -> None:
     gallery = (site / "gallery.html").read_text(encoding="utf-8")
     assert "cases/wheel_rail_sliding.toml" in gallery
@@ -92,6 +93,7 @@ def test_the_gallery_has_every_case() -> None:
         assert f'id="{stem}"' in section and "\nthermoroll " in section and section.endswith(f"(gallery/{stem}.png)\n")
 
 
+@pytest.mark.slow
 def test_the_site_needs_no_server(site: Path, tmp_path: Path) -> None:
     """Opened from disk: search answers, equations are typeset without scripts, nothing is asked of a server."""
     pages = {path.name: path.read_text(encoding="utf-8") for path in site.glob("*.html")}
@@ -109,6 +111,7 @@ def test_the_site_needs_no_server(site: Path, tmp_path: Path) -> None:
     assert "physics.html" in found.dom.partition("matching documents")[2]
 
 
+@pytest.mark.slow
 def test_closed_forms_are_met() -> None:
     """`python -m scripts.closed_forms` on a coarse grid, and its table in the documents."""
     page = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")

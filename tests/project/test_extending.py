@@ -13,6 +13,14 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+STACK = """
+material = {youngs_modulus_GPa = 210.0, poisson_ratio = 0.28}
+stack = {radius_mm = 20, loads_N = [50, 100]}
+load.friction_coefficient = 0.2
+rolling.speed_m_s = 1.0
+creepage.longitudinal = 0.001
+numerics.grid = 16
+"""
 
 
 def edited(text: str, block: str) -> str:
@@ -42,6 +50,17 @@ def called(place: Path, commands: list[list[str]]) -> subprocess.CompletedProces
     return subprocess.run([sys.executable, "-c", program], cwd=place, env=environment, capture_output=True, text=True)
 
 
+@pytest.mark.parametrize(("page", "command"), [
+    ("add_a_stage.md", ["show", str(ROOT / "cases" / "article_4_1.toml"), "--set", "load.debris_coefficient_m3_J=1e-13"]),
+    ("add_a_kind.md", ["show", "balls.toml"])])
+def test_each_edit_has_its_place_and_its_case_can_be_planned(page: str, command: list[str], tmp_path: Path) -> None:
+    place = extended(tmp_path, page)
+    (place / "balls.toml").write_text(STACK)
+    done = called(place, [command])
+    assert done.stderr.splitlines()[-1:] == ["0"] and ("debris" in done.stdout or "stack" in done.stdout)
+
+
+@pytest.mark.slow
 def test_a_stage_goes_the_whole_way(tmp_path: Path) -> None:
     """From the case file to the scalar, the field's picture and the plan: the rate is k times the frictional heat."""
     case = (str(ROOT / "cases" / "article_4_1.toml"), "--set", "load.debris_coefficient_m3_J=1e-13", "--json")
@@ -60,16 +79,7 @@ def test_a_stage_goes_the_whole_way(tmp_path: Path) -> None:
     assert shown["inputs"]["load.debris_coefficient_m3_J"]["si"] == 1e-13
 
 
-STACK = """
-material = {youngs_modulus_GPa = 210.0, poisson_ratio = 0.28}
-stack = {radius_mm = 20, loads_N = [50, 100]}
-load.friction_coefficient = 0.2
-rolling.speed_m_s = 1.0
-creepage.longitudinal = 0.001
-numerics.grid = 16
-"""
-
-
+@pytest.mark.slow
 def test_a_kind_goes_the_whole_way(tmp_path: Path) -> None:
     """Every command knows it: what it is, what it does not go with, its numbers and those of its contacts."""
     place = extended(tmp_path, "add_a_kind.md")

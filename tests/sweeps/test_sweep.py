@@ -237,7 +237,8 @@ def test_a_killed_sweep_is_resumed(name: str, jobs: str, code: int, case: Path, 
     assert before == {path: path.stat().st_mtime_ns for path in before}
 
 
-@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
 def test_a_cluster_gives_the_serial_files_and_may_lose_one(workers: int, case: Path, serial: Swept, tmp_path: Path) -> None:
     """Dask workers reachable from this machine only, of which the second one is killed."""
     import distributed
