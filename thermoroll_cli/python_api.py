@@ -12,6 +12,7 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.problem.kinds import Task, kind_of
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.tools.process import on_one_thread
 
 if TYPE_CHECKING:
     from thermoroll_cli.many_contacts.wheelset.conicity import Conicity
@@ -20,7 +21,8 @@ Report = Callable[[str, Mapping[str, Any]], None]
 
 
 class Solver:
-    """Solves case after case: each starts from the one before it of its kind, if kernels and grids are the same.
+    """Solves case after case: each starts from the one before it of its kind, if kernels and grids are the same. While it
+    works, NumPy's linear algebra has one thread: several wait for each other longer than they work.
 
     Parameters:
 
@@ -47,7 +49,8 @@ class Solver:
             return self.solve(given.task, report=report).with_case(given.text, given.to_json())
         if case.kind not in self._solvers:
             self._solvers[case.kind] = kind_of(case).solver(self._threads, self._options)
-        result: Result = self._solvers[case.kind].solve(case, report=report)
+        with on_one_thread():
+            result: Result = self._solvers[case.kind].solve(case, report=report)
         return result
 
 

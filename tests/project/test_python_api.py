@@ -18,7 +18,7 @@ import xarray
 
 import thermoroll_cli
 from tests.support import synthetic
-from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call
+from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call, environment
 from thermoroll_cli import Case, CaseError, Result, read_result, solve
 from thermoroll_cli.one_contact.refinement.solve import solve as refinement_solve
 from thermoroll_cli.studies.sweeps.points import MOST_POINTS
@@ -254,3 +254,35 @@ def test_files_tell_what_computed_them(hot: Result, tmp_path: Path) -> None:
     assert attributes["numpy_version"] == np.__version__ and attributes["scipy_version"] == scipy.__version__
     assert attributes["h5py_version"] == h5py.__version__ and attributes["hdf5_version"] == h5py.version.hdf5_version
     assert attributes["fftw_version"].startswith("3.") and platform.machine() in attributes["platform"]
+
+
+def test_linear_algebra_has_one_thread_while_a_case_is_solved() -> None:
+    """Afterwards it has those of the user again, also where the solve ends with an exception."""
+    threads = """
+import numpy, scipy.linalg, threadpoolctl
+from thermoroll_cli import Case, solve
+from tests.support.command_line import THERMAL
+
+def count():
+    return sorted({pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"})
+
+class Stop(Exception):
+    pass
+
+def report(stage, info):
+    seen.append(count())
+    if len(seen) > most:
+        raise Stop
+
+for most in (1000, 3):
+    seen = []
+    try:
+        solve(Case.parse(THERMAL).with_values({"numerics.grid": 8}), report=report)
+    except Stop:
+        pass
+    assert seen and all(each == [1] for each in seen), seen
+    assert count() == [2], count()
+"""
+    done = subprocess.run([sys.executable, "-c", threads], capture_output=True, text=True, check=False,
+                          env=environment({"OPENBLAS_NUM_THREADS": "2", "PYTHONPATH": str(ROOT)}))
+    assert done.returncode == 0, done.stderr

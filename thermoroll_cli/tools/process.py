@@ -12,10 +12,14 @@ import _thread
 import contextlib
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator
+from functools import lru_cache
 from types import FrameType
 from typing import Any
+
+import threadpoolctl
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -30,8 +34,26 @@ def one_thread() -> None:
     Sums depend on the number of threads in their last digits, and results should not; and the vectors here are so short that
     several threads wait for each other longer than they work.
     """
+    global _decided
+    _decided = "numpy" not in sys.modules
     for name in THREADS:
         os.environ.setdefault(name, "1")
+
+
+_decided = False
+"""Whether `one_thread` came before NumPy."""
+
+
+@lru_cache(maxsize=1)
+def _linear_algebra() -> threadpoolctl.ThreadpoolController:
+    """The libraries of linear algebra that are loaded: looking for them takes as long as a small solve."""
+    return threadpoolctl.ThreadpoolController()
+
+
+def on_one_thread() -> contextlib.AbstractContextManager[object]:
+    """Inside, linear algebra uses one thread, for the same reasons, where `one_thread` has not decided it; afterwards as many
+    as before. Transforms have threads of their own."""
+    return contextlib.nullcontext() if _decided else _linear_algebra().limit(limits=1, user_api="blas")
 
 
 class Interrupted(BaseException):
