@@ -16,7 +16,18 @@ from typing import Any
 
 import numpy as np
 
-from scripts.stress import bearings, conicities, courses, fits, neighbours, profile_files, service, wear, wheelsets
+from scripts.stress import (
+    bearings,
+    conicities,
+    courses,
+    fits,
+    neighbours,
+    outlines,
+    profile_files,
+    service,
+    wear,
+    wheelsets,
+)
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
 from scripts.stress.coverage import covered, covered_beyond
 from scripts.stress.outcome import Outcome
@@ -140,6 +151,7 @@ POPULATIONS = {
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "files of profiles": Population(profile_files.random_file, profile_files.check, 200),
     "damaged files of profiles": Population(profile_files.damaged_file, profile_files.check_damaged, 1000),
+    "odd outlines": Population(outlines.random_outline, outlines.check, 200, limit=120.0),
     "bearings": Population(bearings.random_bearing, bearings.check, 40, limit=300.0),
     "contacts over time": Population(courses.random_course, courses.check, 100, limit=120.0),
     "heat over time": Population(courses.warm_course, courses.check, 40, limit=300.0),

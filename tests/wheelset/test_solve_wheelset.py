@@ -249,7 +249,6 @@ def test_a_run_finds_roll_and_angular_velocity(tmp_path):
     (("[load]", "[load]\nnormal_N = 1.0"), "load.normal_N", "cannot be given together with [wheelset]"),
     (("[load]", "[creepage]\nlongitudinal = 0.1\n[load]"), "creepage", "cannot be given together with [wheelset]"),
     (("UIC60_v3.prr\"", "UIC60_v3.prr\", mirror = true"), "", ""),
-    (("S1002_v3.prw\"", "S1002_v3.prw\", mirror = true"), "wheelset.wheel_profile", "the flange lies on the field side"),
     (("rail_profile", "gauge_mm"), "track.gauge_mm", "must be a number"),
 ])  # fmt: skip
 def test_what_cannot_be_given_together_is_said(change, key, words):

@@ -42,7 +42,7 @@ class Source(NamedTuple):
     table: type[Table]
     key: str
     content: str
-    read: Callable[[str], Any]
+    read: Callable[..., Any]
     allowed: str = ""
 
 
@@ -56,6 +56,9 @@ SOURCES = (
     Source(HistoryTable, "file", "values", read_history,
            "a CSV file with the columns distance_mm or time_s and keys that change, names in its first line"),
 )  # fmt: skip
+
+OF_A_FILE = ("unit", "height_unit", "side")
+"""Keys of the table of a profile that say how its file is read: the points that come from it are in mm, of one side."""
 
 _MESSAGES = {
     "float_type": "must be a number",
@@ -245,19 +248,26 @@ class _Checker:
             changes["begin"] = os.path.abspath(os.path.join(os.path.dirname(self.source.name), table.begin))
         for source in (source for source in SOURCES if isinstance(table, source.table)):
             named, place = getattr(table, source.key), (*path, source.key)
+            of_file = {key: getattr(table, key) for key in OF_A_FILE if getattr(table, key, None) is not None}
             if named is None or getattr(table, source.content):
+                for key in of_file:
+                    self._note((*path, key), "is about a file, and there is none", allowed="file beside it", at_key=True)
                 continue
             if isinstance(named, model.RelaxationFile):
                 named, place = named.file, (*place, "file")
             try:
-                read = source.read(os.path.join(os.path.dirname(self.source.name), named))
+                side = {"side": of_file["side"]} if "side" in of_file else {}
+                read = source.read(os.path.join(os.path.dirname(self.source.name), named), **side)
             except (ValueError, OSError) as fault:
                 self._note(place, str(fault), allowed=source.allowed or allowed_values(place), hint=getattr(fault, "hint", ""))
                 return None
             if not isinstance(read, list):
+                if isinstance(read, Reading):
+                    read = read.in_units(of_file.get("unit"), of_file.get("height_unit"))
                 self.readings[".".join(map(str, place[:-1]))] = read
                 read = read.content
-            changes |= {**(read if isinstance(read, dict) else {source.content: read}), source.key: None}
+            content = read if isinstance(read, dict) else {source.content: read}
+            changes |= {**dict.fromkeys(of_file), source.key: None, **content}
         return None if failed else table.model_copy(update=changes) if changes else table
 
     @cached_property

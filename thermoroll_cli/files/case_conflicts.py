@@ -18,7 +18,7 @@ from thermoroll_cli.files.case_line import LOAD, is_line, line_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
-from thermoroll_cli.files.profile_file import outline_fault, point_fault
+from thermoroll_cli.files.profile_file import outline_fault, point_fault, running_surface
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
 from thermoroll_cli.problem.kinds import Kind, kind_in
 from thermoroll_cli.problem.names import (
@@ -173,11 +173,12 @@ def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
                 yield Conflict(place, "has neither points_mm nor file", "one of points_mm and file", at_key=True)
                 continue
             points = outline.oriented
-            fault, hint = outline_fault(points, wheel=path == "wheelset")
+            surface = running_surface(points, wheel=path == "wheelset")
+            fault, hint = outline_fault(points, wheel=path == "wheelset", mirror=outline.mirror, flip=outline.flip)
             if fault:
                 yield Conflict(place, fault, "an outline [y, z] in mm, y to the field side, z down", hint, at_key=True)
-            elif path == "wheelset" and max(z for _, z in points) > FLANGE:
-                begin, back = min(y for y, _ in points), wheelset.flange_back_mm
+            elif path == "wheelset" and max(z for _, z in surface) > FLANGE:
+                begin, back = min(y for y, _ in surface), wheelset.flange_back_mm
                 if not begin - BACK_TO_TIP <= back <= begin + BACK_TOLERANCE:
                     yield Conflict(("wheelset", "flange_back_mm"),
                                    f"{back:g} mm is no y of the flange back of {'.'.join(place)}, which begins at "

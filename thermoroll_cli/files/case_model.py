@@ -12,7 +12,17 @@ from pydantic_core import PydanticCustomError
 
 from thermoroll_cli.files.case_bearing import BearingTable
 from thermoroll_cli.files.case_history import HistoryTable
-from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, pairs, quantity, signed_length
+from thermoroll_cli.files.case_table import (
+    LARGEST_PROFILE,
+    Allowed,
+    LengthUnit,
+    Pair,
+    Table,
+    pairs,
+    quantity,
+    signed_length,
+    unit_key,
+)
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.problem.kinds import Kind, kind_in
 from thermoroll_cli.problem.names import GROUPS
@@ -108,6 +118,8 @@ class ProfileTable(Table):
     length_mm: float | None = quantity("Length of the crown, end to end", None, ge=1e-9, le=1e9)
     drop_um: float | None = quantity("Drop of the crown", None, ge=1e-9, le=1e9)
     flat_mm: float | None = quantity("Length of the crown's middle part without drop", None, ge=0, le=1e9)
+    unit: LengthUnit | None = unit_key("the file; else as it says, or mm")
+    height_unit: LengthUnit | None = unit_key("its heights, if that differs")
     interpolation: Literal["cubic", "linear"] = Field(
         default="cubic", description="Between points: a spline of continuous curvature, or straight lines"
     )

@@ -17,6 +17,7 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.relaxation import Series
+from thermoroll_cli.problem.rounding import steps_of
 
 
 def problem_of(settings: model.Settings) -> si.Problem:
@@ -128,8 +129,10 @@ def profile_of(table: model.ProfileTable) -> Profile:
         y, z = np.array(points).T
         points = list(zip(y.tolist(), smooth(y, z, table.si("smoothing_mm")).tolist(), strict=True))
     others = {name: value for name, value in table.in_si().items()
-              if name not in ("file", "kind", "mirror", "flip", "smoothing")}
-    return Profile(tuple(points), measured=measured, **others)
+              if name not in ("file", "kind", "unit", "height_unit", "mirror", "flip", "smoothing")}
+    across, up = steps_of(table.points_mm or [])
+    return Profile(tuple(points), measured=measured, steps=(across / 1e3, up / 1e3), smoothing=table.si("smoothing_mm"),
+                   **others)
 
 
 def _friction(table: model.FrictionTable, at_rest: float) -> Friction:

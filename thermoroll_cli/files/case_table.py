@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
@@ -63,6 +63,14 @@ def pairs(allowed: str, description: str, *, least: int = 1, most: int = LARGEST
     """A list of `least` to `most` pairs of numbers that may be left out; `allowed` says of what, in words."""
     return Field(default=None, description=description, min_length=least, max_length=most,
                  json_schema_extra={"allowed": f"{least} to {most} pairs {allowed}"})
+
+
+LengthUnit = Literal["m", "mm", "um"]
+
+
+def unit_key(of: str) -> Any:
+    """The key of a table that says in which unit a file has its lengths; `of` says of which."""
+    return Field(default=None, description=f"Unit of lengths in {of}")
 
 
 def signed_length(low: float, high: float, *, zero: str = "is outside the allowed range") -> BeforeValidator:

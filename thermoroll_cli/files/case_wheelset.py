@@ -12,12 +12,14 @@ from typing import Annotated, Literal
 
 from pydantic import AllowInfNan, Field, WithJsonSchema
 
-from thermoroll_cli.files.case_table import Allowed, Pair, Table, pairs, quantity, signed_length
+from thermoroll_cli.files.case_table import Allowed, LengthUnit, Pair, Table, pairs, quantity, signed_length, unit_key
+from thermoroll_cli.files.profile_file import running_surface
 from thermoroll_cli.many_contacts.wheelset.curves import Points, smoothed
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
-from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, Roller, WheelSide
+from thermoroll_cli.many_contacts.wheelset.placement import Measured, Position, RailSide, Roller, WheelSide
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.rounding import steps_of
 
 CurveRadius = Annotated[
     float, AllowInfNan(True), signed_length(1.0, 1e9),
@@ -35,8 +37,14 @@ class OutlineTable(Table):
         default=None, description="Simpack's .prr or .prw, MiniProf's .ban or .whl, or two columns y and z in mm",
         max_length=1000,
     )
-    mirror: bool = Field(default=False, description="Change the sign of y, of a profile of the other side")
-    flip: bool = Field(default=False, description="Change the sign of z, of a profile that is upside down")
+    unit: LengthUnit | None = unit_key("the file; else as it says, or mm")
+    height_unit: LengthUnit | None = unit_key("its second column, if that differs")
+    side: Literal["left", "right"] | None = Field(default=None, description="Side, of a file that has both; the right one if "
+                                                  "left out")
+    mirror: bool | None = Field(default=None, description="Change the sign of y, of a profile of the other side; given either "
+                                "way, it overrules what the outline looks like")
+    flip: bool | None = Field(default=None, description="Change the sign of z, of a profile that is upside down; given either "
+                              "way, it overrules what the outline looks like")
     smoothing_mm: float = quantity("Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0, le=1e3)
 
     @property
@@ -157,8 +165,10 @@ def _rail(track: TrackTable, own: TrackSideTable | None, speed: float) -> RailSi
     """A rail, or a roller whose top moves with `speed` (m/s) if its angular velocity is not given."""
     profile = (own and own.rail_profile) or track.rail_profile
     assert profile is not None
-    moved = () if own is None else (own.si("shift_y_mm"), own.si("shift_z_mm"), own.si("roll_mrad"))
-    placed = RailSide(points_of(profile), track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), *moved)
+    moved = {} if own is None else {name: own.si(key) for name, key in (
+        ("shift_y", "shift_y_mm"), ("shift_z", "shift_z_mm"), ("roll", "roll_mrad"))}
+    points, measured = outline_of(profile, wheel=False)
+    placed = RailSide(points, track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), measured=measured, **moved)
     radius = (own and own.si("roller_radius_mm")) or track.si("roller_radius_mm")
     if radius:
         placed = replace(placed, roller=Roller(radius, track.roller_angular_velocity_rad_s or speed / radius))
@@ -171,10 +181,15 @@ def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:
     profile = (own and own.wheel_profile) or wheelset.wheel_profile
     assert profile is not None
     radius = wheelset.si("nominal_radius_mm") if own is None or own.nominal_radius_mm is None else own.si("nominal_radius_mm")
-    return WheelSide(points_of(profile), radius, 0.5 * wheelset.si("flange_back_distance_mm"), wheelset.si("flange_back_mm"))
+    points, measured = outline_of(profile, wheel=True)
+    return WheelSide(points, radius, 0.5 * wheelset.si("flange_back_distance_mm"), wheelset.si("flange_back_mm"), measured)
 
 
-def points_of(table: OutlineTable) -> Points:
-    """The outline in m, mirrored, turned and smoothed as the table says."""
-    points = tuple((y / 1e3, z / 1e3) for y, z in table.oriented)
-    return smoothed(points, table.si("smoothing_mm")) if table.smoothing_mm else points
+def outline_of(table: OutlineTable, *, wheel: bool) -> tuple[Points, Measured]:
+    """The outline of a rail or a `wheel` in m, mirrored, turned and smoothed as the table says, of a closed section the running
+    surface; and how its points were before."""
+    surface = running_surface(table.oriented, wheel=wheel)
+    points = tuple((y / 1e3, z / 1e3) for y, z in surface)
+    across, down = steps_of(surface)
+    wavelength = table.si("smoothing_mm")
+    return (smoothed(points, wavelength) if wavelength else points), Measured(points, (across / 1e3, down / 1e3), wavelength)

@@ -1,10 +1,12 @@
-"""Files of transverse profiles: two columns as spreadsheets write them, Simpack's .prr and .prw, MiniProf's .ban and .whl.
+"""Files of transverse profiles: two columns as spreadsheets write them, Simpack's .prr and .prw, MiniProf's .ban and .whl, and
+Vampire's text with profiles of both sides.
 
 A profile of `[geometry]` is a list of points [y, height] in mm, y increasing, height positive out of the body
 (`read_profile`); one of a track or a wheelset is an outline, a list of points [y, z] in order along the surface, y to the
 field side, z down, into a rail and out of a wheel (`read_outline`). Simpack's files are such outlines; MiniProf's vertical
 axis of rails may point either way, and the largest departure from the median height is a face, down; that of wheels points out
-of them. If an outline folds back (flange back, rail foot), its profile is the widest part with y in order."""
+of them. If an outline folds back (flange back, rail foot), its profile is the widest part with y in order. Of a closed section
+the outline is its running surface (`running_surface`)."""
 
 from __future__ import annotations
 
@@ -22,12 +24,23 @@ import numpy as np
 from thermoroll_cli.files.case_errors import shortened
 from thermoroll_cli.files.case_table import LARGEST_PROFILE
 from thermoroll_cli.files.csv_table import FILE_LIMIT, TableError, text_of
+from thermoroll_cli.problem.rounding import steps_of
 from thermoroll_cli.tools.atomic import ReadError, read_bytes
 
 COLUMNS = "two columns"
 """Format of files that spreadsheets write."""
 LENGTHS, STANDS_OUT = (5.0, 500.0), 10.0
 """Shortest and longest outline of a wheel or a rail, and least height of a flange or a face, in mm."""
+CLOSED, FOLDED, FOLDS, WAIST = 0.02, 1.5, 0.05, 0.5
+"""An outline is closed if its ends are closer than the first share of its length, or than two of its points, and its way
+across is as long as the second over its width; its running surface ends where y goes back by more than the third (mm); a rail
+has a web narrower than the last share of its head and its foot."""
+UNITS = {"m": 1e3, "mm": 1.0, "um": 1e-3}
+"""Units that a profile may be given in, in mm."""
+VAMPIRE = ("WHEELPROFILE", "RAILPROFILE")
+"""First lines of files with profiles of both sides."""
+FLANGE_BACKS = {"EUROPEAN": 70.0, "US1": 25.4 * (2.0 + 27.0 / 32.0), "US2": 25.4 * (3.0 + 1.0 / 16.0)}
+"""Distance (mm) of the flange back from the datum of the tread that Vampire names."""
 UNREAD = {".slcs": "a list of rail profiles along the track", ".slcw": "a list of wheel profiles around the wheel",
           ".mpt": "a MiniProf file of several profiles"}  # fmt: skip
 """Endings of files that are known and not read."""
@@ -46,12 +59,13 @@ class Reading:
 
     - `content`: points as the case has them, before its keys `mirror` and `smoothing_mm`;
     - `format`: of the file, in words;
-    - `unit`: of lengths in the file;
+    - `unit`, `scale`: of lengths in the file, and this unit in mm;
     - `in_file`: points of the file, of which those that fold back are left out of a profile;
     - `mirrored`, `turned`: whether the signs of y and of the other coordinate are not those of the file;
     - `wheel`: whether the file says that it is a wheel;
     - `file`: its name;
-    - `upwards`: whether the second coordinate is a height out of the body, and not z, down.
+    - `upwards`: whether the second coordinate is a height out of the body, and not z, down;
+    - `note`: what else is to be said of the file.
     """
 
     content: Points
@@ -63,18 +77,34 @@ class Reading:
     wheel: bool = False
     file: str = ""
     upwards: bool = False
+    scale: float = 1.0
+    note: str = ""
 
-    def record(self, *, mirror: bool, flip: bool, wheel: bool = False) -> dict[str, Any]:
+    def in_units(self, unit: str | None, height_unit: str | None) -> Reading:
+        """The same file with lengths in `unit`, and heights in `height_unit`, of `UNITS`; None as the file says, or in mm."""
+        across = self.scale if unit is None else UNITS[unit]
+        up = across if height_unit is None else UNITS[height_unit]
+        if (across, up) == (self.scale, self.scale):
+            return self
+        content = [[y * (across / self.scale), z * (up / self.scale)] for y, z in self.content]
+        unit = unit or self.unit
+        return replace(self, content=content, unit=unit if up == across else f"{unit}, heights in {height_unit}")
+
+    def record(self, *, mirror: bool | None, flip: bool | None, wheel: bool = False) -> dict[str, Any]:
         """What `show` says, with `mirror` and `flip` of the case, of a `wheel` if the case says so."""
-        y, z = np.array(self.content).T * np.array([[-1.0 if mirror else 1.0], [-1.0 if flip else 1.0]])
+        mirror, flip = bool(mirror), bool(flip)
+        oriented = np.array(self.content) * np.array([-1.0 if mirror else 1.0, -1.0 if flip else 1.0])
+        surface = running_surface(oriented.tolist(), wheel=wheel or self.wheel) if not self.upwards else oriented
+        y, z = np.array(surface).T
         # A flange is the part furthest out of a wheel, which z and heights of wheels agree on.
         side = flange_side(np.stack((y, z), axis=1).tolist()) if wheel or self.wheel else 0
         return {
-            "file": self.file, "format": self.format, "unit": self.unit, "points": len(self.content),
+            "file": self.file, "format": self.format, "unit": self.unit, "points": len(surface),
             "points_in_file": self.in_file, "y_mm": [float(y.min()), float(y.max())],
             ("height_mm" if self.upwards else "z_mm"): [float(z.min()), float(z.max())],
             "mirrored": self.mirrored != mirror, "turned": self.turned != flip,
-            "flange": {-1: "-y", 0: None, 1: "+y"}[side],
+            "flange": {-1: "-y", 0: None, 1: "+y"}[side], "step_mm": max(steps_of(self.content)),
+            "closed": len(surface) < len(self.content), "note": self.note,
         }  # fmt: skip
 
     def words(self, record: dict[str, Any]) -> str:
@@ -83,6 +113,8 @@ class Reading:
             of = f" of {record['points_in_file']}" if record["points_in_file"] != record["points"] else ""
             yield f"{record['file']}: {record['format']}"
             yield f"{record['points']}{of} points in {record['unit']}"
+            if record["closed"]:
+                yield "the running surface of a closed section"
             for name in (name for name in ("y", "height", "z") if f"{name}_mm" in record):
                 low, high = (round(place, 4) + 0.0 for place in record[f"{name}_mm"])
                 yield f"{name} from {low:.5g} to {high:.5g} mm"
@@ -91,6 +123,10 @@ class Reading:
             yield f"sign of {' and '.join(turned)} changed" if turned else "signs as in the file"
             if record["flange"]:
                 yield f"flange at {record['flange']}"
+            if record["step_mm"]:
+                yield f"in steps of {record['step_mm']:g} mm"
+            if record["note"]:
+                yield record["note"]
 
         return ", ".join(parts())
 
@@ -111,14 +147,15 @@ def read_profile(path: str | os.PathLike[str]) -> Reading:
     return replace(reading, content=_enough(points, reading.file), upwards=True)
 
 
-def read_outline(path: str | os.PathLike[str]) -> Reading:
-    """The outline in the file at `path`, in the frame of railway profiles. Raises TableError."""
-    reading = _read(path, ordered=False)
+def read_outline(path: str | os.PathLike[str], side: str | None = None) -> Reading:
+    """The outline in the file at `path`, in the frame of railway profiles; of a `side`, "left" or "right", of a file that has
+    both. Raises TableError."""
+    reading = _read(path, ordered=False, side=side)
     return replace(reading, content=_enough(reading.content, reading.file))
 
 
-def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
-    """All points of a file, two columns `ordered` by y."""
+def _read(path: str | os.PathLike[str], *, ordered: bool = True, side: str | None = None) -> Reading:
+    """All points of a file, two columns `ordered` by y, of a `side` if it has both."""
     name = os.path.basename(os.fspath(path))
     ending = os.path.splitext(name)[1].lower()
     if ending in UNREAD:
@@ -127,7 +164,11 @@ def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
         lines = text_of(read_bytes(path, FILE_LIMIT, "a profile"), name).splitlines()
     except ReadError as cause:
         raise TableError(f"{os.fspath(path)}: {cause}") from None
-    if ending in _READERS:
+    if lines and (kind := lines[0].strip().upper()) in VAMPIRE:
+        reading = replace(_vampire(lines, name, side, wheel=kind == VAMPIRE[0]), wheel=kind == VAMPIRE[0])
+    elif side is not None:
+        raise TableError(f"{name}: side = \"{side}\" is for files with profiles of both sides", "leave side out")
+    elif ending in _READERS:
         reading = replace(_READERS[ending](lines, name), wheel=ending in (".prw", ".whl"))
     else:
         found = _columns(lines, name)
@@ -142,32 +183,85 @@ def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
     return replace(reading, file=name, in_file=len(reading.content))
 
 
-def outline_fault(points: Sequence[Sequence[float]], *, wheel: bool) -> tuple[str, str]:
+def outline_fault(
+    points: Sequence[Sequence[float]], *, wheel: bool, mirror: bool | None = None, flip: bool | None = None
+) -> tuple[str, str]:
     """The fault of an outline [y, z] in mm of a wheel or a rail, and advice; both empty if there is none.
 
-    Only what stands out tells top from bottom: the flange of a wheel, at one end of it, or the faces of a rail."""
-    y, z = np.array(points).T
+    Only what stands out tells top from bottom: the flange of a wheel, at one end of it, or the faces of a rail. A `flip` or
+    `mirror` that the case gives, either way, overrules what the outline looks like."""
     size = "a profile of a wheel or a rail is 5 to 500 mm long, in mm"
-    if not (farthest := float(np.abs(points).max())) <= 1e6:
+    if not (farthest := float(np.abs(np.array(points)).max())) <= 1e6:
         return f"{farthest:g} is beyond 1e+06 mm", size
+    surface = running_surface(points, wheel=wheel)
+    y, z = np.array(surface).T
     length = float(np.hypot(np.diff(y), np.diff(z)).sum())
     if not LENGTHS[0] <= length <= LENGTHS[1]:
-        metres = LENGTHS[0] <= 1e3 * length <= LENGTHS[1]
-        return f"the profile is {length:.3g} mm long", ("its points seem to be in metres: give them in mm" if metres else size)
+        key = next((key for key in ("m", "um") if LENGTHS[0] <= UNITS[key] * length <= LENGTHS[1]), "")
+        return f"the profile is {length:.3g} mm long", (
+            f"its points seem to be in {'metres' if key == 'm' else 'µm'}: give them in mm, or a file with unit = \"{key}\""
+            if key else size)
     # The height that half of the width lies above, wherever points are dense.
     order = np.argsort(z[1:] + z[:-1])
     width = np.cumsum(np.abs(np.diff(y))[order])
     middle = float(0.5 * (z[1:] + z[:-1])[order][np.searchsorted(width, 0.5 * width[-1])])
     down, up = float(z.max()) - middle, middle - float(z.min())
-    ends = sorted(middle - z[[0, -1]])
-    if down < STANDS_OUT <= up and (not wheel or ends[0] < 0.5 * up):
+    lower, higher = sorted(middle - z[[0, -1]])
+    # The faces of a rail on its head end highest; the nose of a crossing is highest between its faces.
+    stands_on_its_head = down < STANDS_OUT <= up and (lower < 0.5 * up if wheel else higher > 0.5 * up)
+    if flip is None and (stands_on_its_head or (not wheel and _foot_above(points))):
         return "the profile is upside down", (
             "z points down: into a rail, and out of a wheel towards the flange; flip = true in the profile's table turns it, "
-            "mirror = true exchanges its sides")
-    if wheel and down >= STANDS_OUT and flange_side(points) > 0:
+            "flip = false leaves it as it is, mirror = true exchanges its sides")
+    if wheel and mirror is None and down >= STANDS_OUT and flange_side(surface) > 0:
         return "the flange lies on the field side", (
-            "y points to the field side: mirror = true in the profile's table; if that is no flange, z is: flip = true")
+            "y points to the field side: mirror = true in the profile's table, or mirror = false if it does lie there; if that "
+            "is no flange, z is: flip = true")
     return "", ""
+
+
+def _closed(points: Sequence[Sequence[float]]) -> bool:
+    """Whether `points` in mm are those of a closed section, as drawings of rails and CAD have them."""
+    if len(points) < 4:
+        return False
+    places = np.array(points)
+    chords = np.hypot(*np.diff(places, axis=0).T)
+    # There and back across; its last point may be left out.
+    folds = float(np.abs(np.diff(places[:, 0])).sum()) >= FOLDED * float(np.ptp(places[:, 0]))
+    return folds and math.dist(places[0], places[-1]) <= max(CLOSED * float(chords.sum()), 1.01 * float(chords.max()))
+
+
+def running_surface(points: Sequence[Sequence[float]], *, wheel: bool) -> Points:
+    """The part of a closed section [y, z] in mm around its top, of a `wheel` around the tip of its flange, on which y goes one
+    way; an outline that is open, as it is."""
+    if not _closed(points):
+        return [list(point) for point in points]
+    places = np.array(points)
+    places = places[:-1] if (places[0] == places[-1]).all() else places
+    places = np.roll(places, -int(np.argmax(places[:, 1] if wheel else -places[:, 1])), axis=0)
+    ways = places, np.concatenate((places[:1], places[:0:-1]))
+    way = math.copysign(1.0, float(places[1, 0] - places[-1, 0]))
+    parts = []
+    for sign, each in zip((way, -way), ways, strict=True):
+        along = sign * each[:, 0]
+        folds = np.flatnonzero(np.maximum.accumulate(along) - along > FOLDS)
+        parts.append(each[: int(np.argmax(along[: folds[0] if len(folds) else None])) + 1])
+    return np.concatenate((parts[1][:0:-1], parts[0])).tolist()
+
+
+def _foot_above(points: Sequence[Sequence[float]]) -> bool:
+    """Whether a closed section [y, z] is a rail with its foot, the wider end beyond a narrow web, on top."""
+    if not _closed(points):
+        return False
+    y, z = np.array([*points, points[0]]).T
+    widths = []
+    for height in float(z.min()) + float(np.ptp(z)) * np.linspace(0.03, 0.97, 32):
+        crossing = np.flatnonzero((z[:-1] - height) * (z[1:] - height) < 0.0)
+        share = (height - z[crossing]) / (z[crossing + 1] - z[crossing])
+        at = (1.0 - share) * y[crossing] + share * y[crossing + 1]
+        widths.append(float(np.ptp(at)) if len(at) else 0.0)
+    top, bottom = max(widths[:8]), max(widths[-8:])
+    return min(widths[8:-8]) < WAIST * min(top, bottom) and top > bottom
 
 
 def flange_side(points: Sequence[Sequence[float]]) -> int:
@@ -219,8 +313,10 @@ def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
             raise TableError(f"{name}, line {number}: one number instead of two: {shortened(text)}",
                              "a row has y and height: fill it in or delete it")
         if len(entries) != 2:
-            commas = len(entries) == 4 and ";" not in text
-            hint = "where numbers have a comma, separate the columns by semicolons" if commas else "keep y and height only"
+            commas = len(entries) == 4 and ";" not in text and "," in text
+            hint = ("where numbers have a comma, separate the columns by semicolons" if commas else
+                    f"keep y and height only, or begin a file of both sides as Vampire does: {' or '.join(VAMPIRE)}"
+                    if len(entries) == 4 else "keep y and height only")
             raise TableError(f"{name}, line {number}: {len(entries)} columns instead of two: {shortened(text)}", hint)
         y, height = values
         if y is None or height is None:
@@ -279,7 +375,40 @@ def _simpack(lines: list[str], name: str) -> Reading:
         moved = [point for point in moved if not low < high or low <= point[column] <= high]
     shown = [[side * scale * y, down * scale * z] for y, z in moved]
     unit = {1.0: "mm", 1e3: "m"}.get(scale, f"{scale:g} mm")
-    return Reading(shown, "Simpack", unit, mirrored=side < 0.0, turned=down < 0.0)
+    return Reading(shown, "Simpack", unit, mirrored=side < 0.0, turned=down < 0.0, scale=scale)
+
+
+def _vampire(lines: list[str], name: str, side: str | None, *, wheel: bool) -> Reading:
+    """Profiles of both sides as Vampire has them: a word, a title, lines with the datum and the distance of the flange backs or
+    the gauge, and rows of left y, z and right y, z from the middle of the track, z of rails up, of wheels down. Their y becomes
+    that from the datum of wheels or from half of the gauge; the right side is read, unless `side` is "left"."""
+    words = {(fields := line.upper().split())[0]: fields[1:] for line in lines[2:4] if line.split()}
+    try:
+        if wheel:
+            datum, *given = words["TREADDATUM"]
+            back = float(given[0]) if datum == "CUSTOM" else FLANGE_BACKS[datum]
+            middle = 0.5 * float(words["FLANGEBACK"][0]) + back
+        else:
+            middle = 0.5 * float(words["GAUGE"][0])
+    except (KeyError, ValueError, IndexError):
+        datums = f"TREADDATUM ({', '.join(FLANGE_BACKS)}, or CUSTOM and mm) and FLANGEBACK" if wheel else "GAUGEPOINT and GAUGE"
+        raise TableError(f"{name}: lines 3 and 4 of a profile of Vampire have {datums}", "complete them") from None
+    rows = []
+    for number, line in enumerate(lines[4:], 5):
+        text = re.split(r"[\"!%]", line)[0].strip()
+        values = [_number(entry) for entry in _entries(text)] if text else []
+        if values and (len(values) != 4 or None in values):
+            raise TableError(f"{name}, line {number}: no left y, z and right y, z: {shortened(text)}")
+        if values:
+            rows.append(values)
+    table = np.array(rows, dtype=float).reshape(-1, 4)
+    down = 1.0 if wheel else -1.0
+    left, right = (np.stack((sign * y - middle, down * z), axis=1)
+                   for sign, (y, z) in ((-1.0, table.T[:2]), (1.0, table.T[2:])))
+    differ = float(np.abs(left - right).max(initial=0.0))
+    note = f"the {side or 'right'} side" + (f", from which the other differs by {differ:.2g} mm" if differ > 1e-3 else "")
+    shown = left if side == "left" else right
+    return Reading(shown.tolist(), "Vampire", turned=not wheel, mirrored=side == "left", note=note)
 
 
 def _miniprof(lines: list[str], name: str) -> Reading:

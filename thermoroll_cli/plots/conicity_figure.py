@@ -47,7 +47,7 @@ def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | 
             axes.plot(sign * rail[0], rail[1], color=style.BEFORE, label="rail")
             most = 1e3 * float(found.amplitudes.max())
             touched: list[float] = []
-            for whole in range(-int(most), int(most) + 1):
+            for whole in range(-int(most), int(most) + 1) if found.contacts else ():
                 k = int(np.argmin(np.abs(1e3 * found.shifts - whole)))
                 if abs(1e3 * found.shifts[k] - whole) > 0.1:
                     continue
@@ -60,6 +60,7 @@ def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | 
                     axes.annotate(f"{whole}".replace("-", "−"), head, ha="center", va="bottom", fontsize=6, xytext=(0.0, 2.0),
                                   textcoords="offset points")
                 touched += [foot[0], head[0]]
+            touched = touched or [sign * float(rail[0][int(np.argmin(rail[1]))])]
             middle = 0.5 * (min(touched) + max(touched))
             half = max(0.5 * (max(touched) - min(touched)) + 10.0, 23.0)
             axes.set(xlim=(middle - half, middle + half), ylim=(24.0, -22.0), aspect="equal", xlabel="y (mm)", ylabel="z (mm)",

@@ -24,6 +24,7 @@ from thermoroll_cli.problem.geometry import (
     common_surface,
     surfaces,
 )
+from thermoroll_cli.problem.rounding import Rounding
 from thermoroll_cli.tools.arrays import Array
 
 SAMPLES = 401
@@ -55,6 +56,7 @@ class CurvedPatch(ContactGeometry):
     The shapes of the bodies slip over each other at (slip_x, slip_y + spin x) V, with `spin` in rad/m, in addition to the
     creepages and the spin of the frame. `free_ends` says at which end of the table material ends, and which of these is `cut`
     because the model ends there; at other ends the gap of a neighbouring patch begins. Radii are those along rolling (m).
+    `rounded` is the rounding of the profiles that the tables come from.
     """
 
     y: Row
@@ -72,6 +74,7 @@ class CurvedPatch(ContactGeometry):
     upper_radius_x: float = math.inf
     free_ends: tuple[bool, bool] = (False, False)
     cut: tuple[bool, bool] = (False, False)
+    rounded: tuple[Rounding, ...] = ()
 
     def __hash__(self) -> int:
         # Hash a sample of the tables; hashing all costs more than most cached results.
@@ -91,6 +94,9 @@ class CurvedPatch(ContactGeometry):
     @property
     def curvature_x(self) -> float:
         return float(self.curvature[int(np.argmin(self.gap_lowest))])
+
+    def roundings(self, centre: float, half_width: float) -> tuple[Rounding, ...]:
+        return self.rounded
 
     def section(self, y: Array) -> tuple[Array, Array]:
         return np.zeros(np.shape(y)), self.across(y)

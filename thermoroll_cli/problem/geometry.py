@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
+from thermoroll_cli.problem.rounding import Rounding, rounding_at
 from thermoroll_cli.tools.arrays import Array
 
 Interpolation = Literal["cubic", "linear"]
@@ -60,9 +61,9 @@ class Profile:
 
         drop · ln(1 − ((2|y| − flat)/(length − flat))²)
 
-    (Lundberg's crown without a flat part). `measured` are the points as they were before smoothing, which have no effect. The
-    shape is tilted by `tilt` (rad, a rise towards +y) about its own origin and then
-    shifted by `offset` along y. How it is evaluated: `surface`.
+    (Lundberg's crown without a flat part). `measured` are the points as they were before `smoothing` with this wavelength (m),
+    which have no effect; y and height of points are known in `steps` (m). The shape is tilted by `tilt` (rad, a rise towards
+    +y) about its own origin and then shifted by `offset` along y. How it is evaluated: `surface`.
     """
 
     points: tuple[tuple[float, float], ...] = ()
@@ -73,6 +74,8 @@ class Profile:
     offset: float = 0.0
     tilt: float = 0.0
     measured: tuple[tuple[float, float], ...] = ()
+    steps: tuple[float, float] = (0.0, 0.0)
+    smoothing: float = 0.0
 
     def __hash__(self) -> int:
         # A sample of the points: hashing all of them costs more than most cached results.
@@ -85,6 +88,13 @@ class Profile:
         half = 0.5 * self.length
         low, high = (self.points[0][0], self.points[-1][0]) if self.points else (-half, half)
         return low + self.offset, high + self.offset
+
+    def rounding_at(self, y: float, reach: float) -> Rounding | None:
+        """The rounding of the points within the `reach` of a place y, if there is one."""
+        points, own = self.measured or self.points, y - self.offset
+        if not points or not any(self.steps):
+            return None
+        return rounding_at(points, self.steps, (own, float(np.interp(own, *np.array(points).T))), reach, self.smoothing)
 
     @property
     def kinks(self) -> tuple[tuple[float, float], ...]:
@@ -132,6 +142,10 @@ class ContactGeometry(Protocol):
     @property
     def profiles(self) -> tuple[tuple[str, Profile], ...]:
         """Bodies with a profile, by name."""
+        return ()
+
+    def roundings(self, centre: float, half_width: float) -> tuple[Rounding, ...]:
+        """Rounding of the profiles in a contact of this half-width around the place y = `centre`."""
         return ()
 
     def section(self, y: Array) -> tuple[Array, Array]:
@@ -279,6 +293,10 @@ class Geometry(ContactGeometry):
     def profiles(self) -> tuple[tuple[str, Profile], ...]:
         both = ("lower", self.lower_profile), ("upper", self.upper_profile)
         return tuple((body, profile) for body, profile in both if profile is not None)
+
+    def roundings(self, centre: float, half_width: float) -> tuple[Rounding, ...]:
+        found = (profile.rounding_at(centre, half_width) for _, profile in self.profiles)
+        return tuple(rounding for rounding in found if rounding)
 
     def section(self, y: Array) -> tuple[Array, Array]:
         place = np.array([self.first_touch[0]])

@@ -15,13 +15,16 @@ from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.many_contacts.wheelset.standing import level
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName, WheelsetProblem, sign_of
 from thermoroll_cli.problem.geometry import Unsolvable, rough_warning
+from thermoroll_cli.problem.rounding import rounding_warning
 
 KINK_ROOM = 3e-3
 """A corner this near to the first contact (m) may lie in the loaded one."""
 HOLLOW = 0.5e-3
 """Rise of the radius towards the field side (m) from which on a tread is hollow: worn treads of common use have less."""
 ROUGH_REACH = 5e-3
-"""Distance from first contact (m) within which a profile is looked at."""
+"""Distance from first contact (m) within which a profile is looked at, about the half-width of loaded ones."""
+ROUNDED = 2e-4
+"""Part of E* by which rounding may change a pressure without a word: a fiftieth of the pressures of wheels on rails."""
 
 
 def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
@@ -128,9 +131,8 @@ def wheelset_warnings(problem: WheelsetProblem, first: Mapping[SideName, Facing]
             yield (f"the tread of the {side} wheel is hollow: its field side is {1e3 * hollow:.3g} mm higher at y = "
                    f"{1e3 * y:.4g} mm, so that contacts jump between flange and field side")
         k = int(np.argmin(facing.gap))
-        for what, profile, outline in (("rail", facing.rail.profile, facing.outlines[0]),
-                                       ("wheel", facing.wheel.profile, facing.outlines[1])):
-            shape = curve(profile)
+        for what, body, outline in (("rail", facing.rail, facing.outlines[0]), ("wheel", facing.wheel, facing.outlines[1])):
+            profile, shape = body.profile, curve(body.profile)
             here = shape.samples[:2, round(outline.index[k])]
             for corner in shape.corner_places:
                 if math.dist(here, corner) < KINK_ROOM:
@@ -138,3 +140,5 @@ def wheelset_warnings(problem: WheelsetProblem, first: Mapping[SideName, Facing]
                            f" mm, {1e3 * math.dist(here, corner):.2g} mm from first contact: the pressure there has no upper "
                            "bound")
             yield from rough_warning(f"{side} {what}", [point for point in profile if math.dist(point, here) < ROUGH_REACH])
+            modulus, rounding = problem.contact.contact_modulus, body.rounding_at((float(here[0]), float(here[1])), ROUGH_REACH)
+            yield from rounding_warning(f"{side} {what}", rounding, modulus, ROUGH_REACH, ROUNDED * modulus)

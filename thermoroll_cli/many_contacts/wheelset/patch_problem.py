@@ -15,12 +15,13 @@ import numpy as np
 from thermoroll_cli.many_contacts.wheelset.curves import STEP, curve
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.many_contacts.wheelset.one_wheel import Bearing
-from thermoroll_cli.many_contacts.wheelset.patch_surface import CLOSE, nearest
+from thermoroll_cli.many_contacts.wheelset.patch_surface import CLOSE, PatchSurface, nearest
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName
 from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.rounding import Rounding
 from thermoroll_cli.problem.scalar_errors import passed_on
 from thermoroll_cli.tools.arrays import Array
 
@@ -66,9 +67,20 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     roller = patch.facing.rail.roller
     geometry = CurvedPatch(**rows, lower_radius_x=roller.radius if roller else math.inf,
                            upper_radius_x=patch.facing.wheel.radius,
-                           free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)))
+                           free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)),
+                           rounded=_rounded(patch))
     moving = replace(contact.motion, speed=slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
     return replace(contact, geometry=geometry, normal_force=bearing.load, motion=moving, friction=friction_of(contact, bearing))
+
+
+def _rounded(patch: PatchSurface) -> tuple[Rounding, ...]:
+    """The rounding of both outlines over the width of a patch."""
+    facing, reach = patch.facing, 0.5 * (patch.overlapping[1] - patch.overlapping[0])
+    found = []
+    for side, places in ((facing.rail, facing.rail.samples), (facing.wheel, facing.locus[1:3])):
+        y, z = curve(side.profile).samples[:2, nearest(places, patch.y, patch.z)]
+        found.append(side.rounding_at((float(y), float(z)), reach))
+    return tuple(rounding for rounding in found if rounding)
 
 
 def estimated_friction(contact: Problem, bearing: Bearing, motion: MotionOfWheelset) -> tuple[float, float]:

@@ -265,8 +265,12 @@ class PatchSurface:
 
     @property
     def faces(self) -> bool:
-        """Whether a normal meets both surfaces: none does where the sharp end of one has just reached the other."""
-        return self.limits[1] > self.limits[0]
+        """Whether the bodies overlap along normals that meet both surfaces, and the gap opens along: not where the sharp end of
+        one has just reached the other, or lies across it."""
+        if not self.limits[1] > self.limits[0] or self.overlap[0] <= 0.0:
+            return False
+        _, lowest, _, fitted = self.table
+        return bool(fitted[0, int(np.argmin(lowest))] > 0.25 * STEEPEST / self.facing.wheel.radius)
 
     @cached_property
     def overlap(self) -> tuple[float, float]:

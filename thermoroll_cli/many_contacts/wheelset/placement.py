@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
+from thermoroll_cli.problem.rounding import Rounding, rounding_at
 from thermoroll_cli.tools.arrays import Array
 
 LOCUS_SWEEPS = 5
@@ -29,8 +30,27 @@ class Roller(NamedTuple):
     turning: float
 
 
+class Measured(NamedTuple):
+    """The `points` of an outline (m) before smoothing with a `wavelength` (m, 0: none), and the `steps` (m) of y and z."""
+
+    points: Points
+    steps: tuple[float, float]
+    wavelength: float
+
+
+class Side:
+    """What a rail and a wheel have in common: how their points were `measured`, which has no effect on where they lie."""
+
+    measured: Measured | None
+
+    def rounding_at(self, place: tuple[float, float], reach: float) -> Rounding | None:
+        """Rounding within the `reach` (m) of a place of the outline (m), if there is one."""
+        return None if self.measured is None else rounding_at(self.measured.points, self.measured.steps, place, reach,
+                                                              self.measured.wavelength)
+
+
 @dataclass(frozen=True)
-class RailSide:
+class RailSide(Side):
     """A right rail: its profile (y to the field side, z down, m), `cant` inwards (rad), half the gauge (m) measured
     `gauge_height` below the top, and shifts and a roll of its own.
     `friction` has points (inclination of its surface in rad, share of the coefficient of friction), the share constant outside
@@ -47,6 +67,7 @@ class RailSide:
     friction: Points = ()
     origin: tuple[float, float] | None = None
     roller: Roller | None = None
+    measured: Measured | None = None
 
     @cached_property
     def samples(self) -> Array:
@@ -69,7 +90,7 @@ class RailSide:
 
 
 @dataclass(frozen=True)
-class WheelSide:
+class WheelSide(Side):
     """A right wheel: its profile (y to the field side, z down, m), nominal radius, half the distance of the flange backs and
     the profile's y of the flange back (m)."""
 
@@ -77,6 +98,7 @@ class WheelSide:
     radius: float
     half_flange_back_distance: float
     flange_back: float
+    measured: Measured | None = None
 
     @property
     def shift(self) -> float:

@@ -57,7 +57,8 @@ class Facing:
     def angle(self) -> Array:
         """Inclination of the rail over the places of the outlines in rad."""
         rail = self.outlines[0]
-        return np.arctan(rail.of(self.rail.samples[3]) / rail.of(self.rail.samples[2]))
+        across, down = (rail.of(slope) for slope in self.rail.samples[2:])
+        return np.arctan2(np.where(across < 0.0, -down, down), np.abs(across))
 
     def lowered(self, by: float) -> Facing:
         """The same wheel lower by this height (m)."""

@@ -146,7 +146,7 @@ def _doubts(solved: SolvedWheelset) -> Iterator[str]:
             if same_patch(solved_at, patch.y, float) is None and not patch.faces:
                 yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
                        "end of a profile, where no normal meets both surfaces: this contact is left out")
-    if solved.left > ROUGH:
+    if ROUGH < solved.left < math.inf:
         yield (f"the balance is met within {solved.left:.1e} of the load or the friction limit, as patches come and go with "
                "the elements: errors contain that; a finer numerics.grid or smoothing_mm of the profiles helps")
 

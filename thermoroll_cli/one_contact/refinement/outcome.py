@@ -20,10 +20,12 @@ from thermoroll_cli.one_contact.refinement.level import Level
 from thermoroll_cli.one_contact.refinement.plan import Plan, first_of_both
 from thermoroll_cli.one_contact.refinement.sharp_places import sharp_places
 from thermoroll_cli.one_contact.refinement.warnings import surface_of_substrates, unresolved_coatings, warnings_after
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.scalars import patches_of, problem_scalars
 from thermoroll_cli.physics.heat.frictional_heat import account
-from thermoroll_cli.problem.names import per_length
+from thermoroll_cli.problem.names import SCALARS, per_length
 from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.rounding import by_rounding
 from thermoroll_cli.problem.scalar_errors import error_scale, not_reached
 
 
@@ -46,6 +48,10 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
         reasons.append(not_reached(
             problem.numerics.accuracy, missed, f"on the finest grid tried, {last.here.grid.nx} elements per side",
             "ask for less, name what has to be accurate in numerics.accuracy_of, or set numerics.grid"))
+    # What no grid betters is no missed accuracy.
+    rounded = _rounded(derived)
+    errors = {name: error + (rounded if SCALARS[name].kind in ("peak pressure", "peak") else 0.0)
+              for name, error in errors.items()}
     residuals: dict[str, Any] = {}
     if hot is not cold:
         residuals["coupling_residual"] = np.array(last.state.history)
@@ -73,6 +79,13 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
         patches=tuple(patches_of(last.here, last.contact)),
         unbounded=tuple(sorted(unbounded)),
     )
+
+
+def _rounded(derived: DerivedQuantities) -> float:
+    """By how much the rounding of profiles may change the largest pressure, over that."""
+    scales = derived.scales
+    roundings = derived.problem.geometry.roundings(scales.centre, scales.semi_axis_y)
+    return by_rounding(roundings, derived.problem.contact_modulus, scales.semi_axis_y) / scales.peak_pressure
 
 
 def state_of_line(state: State) -> State:

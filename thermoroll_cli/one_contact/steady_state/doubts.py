@@ -17,6 +17,7 @@ from thermoroll_cli.physics.heat.recirculation import Roller
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import FEWEST_ROUGH, Geometry, Unsolvable, rough_warning
 from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem
+from thermoroll_cli.problem.rounding import rounding_warning
 
 HALF_SPACE_LIMIT = 0.3
 """Half-width over radius from which the half-space is a doubtful model (Johnson, Contact Mechanics, 4.1)."""
@@ -31,8 +32,13 @@ WIDEST_PROFILE = 0.5
 """Width of a profile in m."""
 MUCH_LESS = 0.05
 """Over the pressure, what it becomes without a mistake that must be asked about, even if it stays large."""
-MISTAKES = {"point into the body: turn the sign of the heights": (1.0, -1.0), "be in metres: give them in mm": (1e3, 1e3)}
+MISTAKES = {"point into the body: turn the sign of the heights": (1.0, -1.0), "be in metres: give them in mm": (1e3, 1e3),
+            'have heights in µm: give them in mm, or height_unit = "um" beside their file': (1.0, 1e-3)}
 """Usual mistakes in points of a profile with advice, and factors of y and height that undo them."""
+MUCH_ROUNDED = 0.02
+"""Share of the largest pressure by which rounding may change it without a word."""
+NO_SOLID = 0.05
+"""Part of E* that no solid carries: beyond it units are mistaken."""
 PRESSURE_OVER_MODULUS = 0.01
 """Part of Young's modulus up to which bodies answer linearly; metals yield below it."""
 SOLIDS = {
@@ -50,7 +56,7 @@ def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a solvable problem before it is solved."""
     problem, moves = derived.problem, derived.kinematics.moves
     return [*_constants(problem), *_pressure(derived), *_without_effect(problem, moves), *_memory(derived),
-            *_half_space_warnings(derived), *coating_warnings(problem), *_rough_profiles(derived),
+            *_half_space_warnings(derived), *coating_warnings(problem), *_rough_profiles(derived), *_rounded_profiles(derived),
             *(track_warnings(derived) if problem.heating.recirculates and derived.kinematics.has_traction else ())]
 
 
@@ -63,6 +69,15 @@ def _rough_profiles(derived: DerivedQuantities) -> Iterator[str]:
         # A contact on a single asperity has hardly a point of its own.
         reach = max(scales.semi_axis_y, *np.sort(away)[: 2 * FEWEST_ROUGH], 0.0)
         yield from rough_warning(f"{body} body", points[away <= reach])
+
+
+def _rounded_profiles(derived: DerivedQuantities) -> Iterator[str]:
+    """Doubts about profiles whose numbers have too few decimals."""
+    scales, modulus, geometry = derived.scales, derived.problem.contact_modulus, derived.problem.geometry
+    # Those of a patch have been told with its wheel and its rail.
+    for body, profile in geometry.profiles:
+        rounding = profile.rounding_at(scales.centre, scales.semi_axis_y)
+        yield from rounding_warning(f"{body} body", rounding, modulus, scales.semi_axis_y, MUCH_ROUNDED * scales.peak_pressure)
 
 
 THICK_COATING = 0.1
@@ -138,8 +153,10 @@ def _pressure(derived: DerivedQuantities) -> Iterator[str]:
     modulus = min(body.surface.youngs_modulus for body in (derived.problem.lower, derived.problem.upper))
     limit = LARGEST_STRAIN if derived.problem.relaxes else PRESSURE_OVER_MODULUS
     if pressure > limit * modulus:
+        impossible = pressure > NO_SOLID * derived.problem.contact_modulus
+        units = "; are all lengths and heights in the units of their keys?" if impossible else ""
         yield (f"the pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
-               f"{100 * limit:g} % the bodies are hardly linear and elastic")
+               f"{100 * limit:g} % the bodies are hardly linear and elastic{units}")
     geometry = derived.problem.geometry
     if not (isinstance(geometry, Geometry) and (pressure > limit * modulus or derived.scales.reaches_an_end)):
         return
