@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
+from tests.support.documents import ROOT
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 
@@ -172,3 +173,16 @@ def test_places_that_cannot_be_written(case: Path, tmp_path: Path) -> None:
     assert done.returncode == 5
     assert strict(done.stdout)["files"] == []  # the numbers are not lost
     assert not any(path.suffix == ".part" for path in (tmp_path / "results").iterdir())
+
+
+def test_heat_that_comes_back_has_its_flash_and_bulk_temperatures_printed(tmp_path: Path) -> None:
+    """The largest rise counts from the surroundings, and is about the bulk temperature that the disc reaches plus the flash."""
+    asked = ("run", ROOT / "cases" / "twin_disc.toml", "-o", tmp_path, "--no-plots", "--set", "numerics.grid=16")
+    record = json.loads(call(*asked, "--json").stdout)
+    flash, bulk, rise = (record[f"{name}_lower_K"]
+                         for name in ("flash_temperature_max", "bulk_temperature", "temperature_rise_max"))
+    assert flash + bulk == pytest.approx(rise, rel=0.03) and flash < 0.3 * rise
+    lines = " ".join(call(*asked).stdout.split())
+    for name, words in (("flash_temperature_max", "flash temperature"), ("bulk_temperature", "bulk temperature"),
+                        ("temperature_rise_max", "rise above the surroundings")):
+        assert f"{name}_lower_K" in lines and words in lines

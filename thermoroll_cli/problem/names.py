@@ -175,11 +175,11 @@ def _untracked(body: str) -> Condition:
     return lambda problem: getattr(problem.heating, f"{body}_track") is None
 
 
-def _of_tracks(name: str, meaning: str, **others: Any) -> Iterator[Scalar]:
+def _of_tracks(name: str, meaning: str, brief: str = "", **others: Any) -> Iterator[Scalar]:
     """A temperature of each body that is given unless its heat recirculates."""
     for body in BODIES:
         yield Scalar(name.format(body), f"{meaning}, {body} body", "temperature", kind="diffused", given=_untracked(body),
-                     **others)
+                     brief=f"{brief}, {body} body" if brief else "", **others)
 
 
 def _still(problem: Problem) -> bool:
@@ -238,9 +238,11 @@ SCALARS = _named(
               listed=lambda problem: bool(problem.heating.bulk_lower or problem.heating.bulk_upper)),
     *_of_both("temperature_interface_max_{}_K", "hottest place below the top layer of a coating", "temperature", listed=True,
               kind="diffused", brief="hottest below the top coating"),
-    *_of_tracks("bulk_temperature_{}_K", "mean surface temperature", listed=True),
+    *_of_tracks("bulk_temperature_{}_K", "bulk temperature, the mean of the whole surface", listed=True,
+                 brief="bulk temperature"),
     *_of_tracks("entry_temperature_max_{}_K", "hottest entering track"),
-    *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature", kind="diffused"),
+    *_of_both("flash_temperature_max_{}_K", "flash temperature, the rise of this pass", "temperature", listed=True,
+              kind="diffused", brief="flash temperature"),
     Scalar("heat_into_lower_W", "heat into the lower body", kind="exchanged heat"),
     Scalar("heat_into_upper_W", "heat into the upper body", kind="exchanged heat"),
     Scalar("heat_conducted_W", "heat conducted to the colder body", kind="exchanged heat",

@@ -267,6 +267,8 @@ def meaning_in(row: Mapping[str, Any], name: str) -> str:
     scalar = ALL_SCALARS[name]
     hertz = computed(row.get("hertz_a_mm", 0.0)) or not scalar.without_hertz
     meaning = scalar.meaning if hertz else scalar.without_hertz
+    if name.startswith("temperature_rise_") and computed(row.get("flash_temperature_max_lower_K")):  # heat comes back
+        meaning = meaning.replace(" rise", " rise above the surroundings")
     return meaning.replace(" area", " width") if "contact_width_mm" in row else meaning
 
 
