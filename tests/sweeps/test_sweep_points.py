@@ -9,11 +9,14 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.one_contact.refinement.plan import leaves_out_deformation
 from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.studies.sweeps import table_picture
 from thermoroll_cli.studies.sweeps.points import LARGEST_BATCH, Axis, Points, key_of, parse_axes, read_points
 
 
@@ -152,9 +155,32 @@ def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "sweep.png").exists()
 
 
+def test_labels_of_points_are_columns_and_an_axis(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[list[str]] = []
+    monkeypatch.setattr(table_picture, "sweep_figure",
+                        lambda table, over, **given: drawn.append([*over, *given["only"]]) or Figure())
+    listed = "#path_mm,load.normal_N,#place,creepage.longitudinal\n0,60,in,0.001\n7,65,out,0.002\n"
+    (tmp_path / "points.csv").write_text(listed)
+    done = call("sweep", case, "--points", tmp_path / "points.csv", "-o", tmp_path, "--set", "numerics.grid=8",
+                "--x", "path_mm", "--columns", "shear_max_MPa,force_x_N")
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader((tmp_path / "sweep.csv").read_text().splitlines()))
+    assert [(row["path_mm"], row["place"], row["friction_limit_N"]) for row in rows] == [
+        ("0", "in", "18.0"), ("7", "out", "19.5")]
+    assert "shear_" in done.stdout and drawn == [["path_mm", "shear_max_MPa", "force_x_N"]]
+    assert call("plot", tmp_path / "sweep.csv", "--x", "load.normal_N").returncode == 0 and drawn[1] == ["load.normal_N"]
+    assert read_table(tmp_path / "sweep.csv").varied == ("path_mm", "load.normal_N", "place", "creepage.longitudinal")
+    for options, words in ((("--x", "rolling.speed_m_s"), "--x: rolling.speed_m_s is not varied"),
+                           (("--columns", "force_N"), "no scalar is called force_N; did you mean force_")):
+        done = call("sweep", case, "--points", tmp_path / "points.csv", "-o", tmp_path / "no", *options)
+        assert done.returncode == 2 and words in done.stderr and not (tmp_path / "no").exists()
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("path_mm,load.normal_N\n1,2\n", "the column path_mm is no key of a case"),
+        ("#Q_F_W,load.normal_N\n1,2\n", "a label cannot be called Q_F_W"),
         ("", "a list of points needs a header line"),
         ("load.normal_N\n", "needs a header line"),
         ("load.normal_N,load.normal_N\n1,2\n", "swept twice"),

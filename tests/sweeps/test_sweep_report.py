@@ -33,11 +33,13 @@ def ordinary_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def printed_columns(stdout: str, name: str = "spheres_0001") -> list[str]:
     """The headers of the printed table, put together again, in their order."""
-    lines = stdout.splitlines()
+    lines = stdout.replace(f"  {FAILED}", f"__{FAILED}").splitlines()
     row = next(index for index, line in enumerate(lines) if name in line)
-    starts = [index for index, letter in enumerate(lines[row]) if letter != " " and lines[row][index - 1] == " "]
-    ends = [*starts[1:], None]
     header = [line for line in lines[:row] if "spheres_" not in line]
+    table = [*header, *(line for line in lines[row:] if line.startswith("  spheres_"))]
+    written = [any(line[place:place + 1].strip() for line in table) for place in range(max(map(len, table)) + 2)]
+    starts = [place for place, there in enumerate(written) if there and not any(written[max(place - 2, 0):place])]
+    ends = [*starts[1:], None]
     return ["".join(line[start:end].strip() for line in header) for start, end in zip(starts, ends, strict=True)][1:]
 
 
@@ -98,6 +100,21 @@ def test_a_narrow_table_shows_what_changes_most(case: Path, tmp_path: Path, monk
     assert "force_y_N" in columns and "force_x_N" not in columns and "force_x_N" in done.stdout
 
 
+def test_a_table_of_many_inputs_has_results_in_a_further_block(tmp_path: Path) -> None:
+    (tmp_path / "one_case.toml").write_text(MECHANICAL.replace("grid = 16", "grid = 8"))
+    keys = "load.normal_N,geometry.lower_radius_x_mm,geometry.upper_radius_x_mm,rolling.speed_m_s,creepage.longitudinal"
+    (tmp_path / "points.csv").write_text(f"{keys}\n448,30,30,1,0.001\n447.9,35,30,1.25,0.002\n4,40,30.5,2,0.003\n")
+    asked = ("sweep", tmp_path / "one_case.toml", "--points", tmp_path / "points.csv", "--no-plots", "-o",
+             tmp_path / "out")
+    lines = call(*asked).stdout.splitlines()
+    rows = [line for line in lines if line.startswith("  one_case_000")]
+    assert len(rows) == 6 and max(map(len, lines[:-1])) <= 80 and "force_" in "".join(lines[:16])
+    assert [row.split()[1] for row in rows[:3]] == ["448.0", "447.9", "4.0"]
+    lines = call(*asked, "--columns", "approach_um,shear_max_MPa", "--limit", "force_x_N<2000").stdout.splitlines()
+    heads = "".join(lines[next(k for k, line in enumerate(lines) if "_0003" in line):][1:4])
+    assert [heads.find(name) >= 0 for name in ("approach_um", "shear_")] == [True, True]
+
+
 def test_headers_break_where_words_end() -> None:
     assert wrapped("rolling.speed_m_s", 5) == ["rolling.", "speed_m_s"]
     assert wrapped("Q_F_W", 6) == ["Q_F_W"]
@@ -112,7 +129,7 @@ def test_files_that_a_smaller_sweep_leaves_over_are_removed_and_those_of_others_
     (tmp_path / "out" / "spheres_0007.h5").write_bytes(b"of somebody else")
     resumed = call("sweep", case, "--over", "creepage.longitudinal=1e-3", "-o", "out", "--no-plots", "--resume", cwd=tmp_path)
     assert "3 files of another sweep, not touched, not in sweep.csv: spheres_0002.h5 … spheres_0007.h5" in resumed.stderr
-    done = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", cwd=tmp_path)
+    done = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", "--force", cwd=tmp_path)
     assert "out: 2 files of the sweep before, removed: spheres_0002.h5 … spheres_0003.h5" in done.stderr
     assert "out: 1 file of another sweep, not touched, not in sweep.csv: spheres_0007.h5" in done.stderr
     assert "left from an earlier run, not updated: out/sweep.png" in done.stderr

@@ -55,7 +55,7 @@ app = typer.Typer(
     cls=Commands,
     help="Thermo-elastic rolling contact with friction, heat, thermal expansion and estimated errors.",
     epilog="Exit codes: 0 fine, 1 a bug in the program, 2 usage, 3 invalid case, 4 not converged, "
-    "5 input/output, 6 comparison outside tolerance.",
+    "5 input/output, 6 outside a tolerance or a limit.",
     invoke_without_command=True,
     # Rich would double the time of --help and draw boxes that scripts cannot read.
     rich_markup_mode=None,

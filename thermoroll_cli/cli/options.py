@@ -19,6 +19,7 @@ from thermoroll_cli.files.case import Case, CaseError, Override, case_name
 from thermoroll_cli.files.case import solvable as solvable
 from thermoroll_cli.files.case_schema import entry_at, is_table, known_keys
 from thermoroll_cli.files.case_source import CaseSource
+from thermoroll_cli.problem.limits import Limit
 
 if TYPE_CHECKING:
     from thermoroll_cli.problem.kinds import Task
@@ -78,6 +79,13 @@ def a_number(value: float | None) -> float | None:
 
 Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
 Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")]
+Over = Annotated[str, typer.Option("--x", metavar="COLUMN", help="Sweeps: the axis of the picture, a swept key or a label.")]
+Columns = Annotated[str, typer.Option("--columns", metavar="A,B", help="Sweeps: these scalars are printed and drawn.")]
+Limits = Annotated[
+    list[str] | None,
+    typer.Option("--limit", metavar="SCALAR<VALUE", help="A scalar, with its ±, must keep this (<, <=, >, >=); else the exit "
+                 "code is 6. Repeatable."),
+]
 Force = Annotated[bool, typer.Option("--force", help="Begin anew where the output has other work in it, which is lost.")]
 Dask = Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")]
 DaskWait = Annotated[
@@ -156,6 +164,12 @@ def usage(option: str) -> Iterator[None]:
         yield
     except ValueError as cause:
         raise typer.BadParameter(str(cause), param_hint=option) from None
+
+
+def parse_limits(texts: Sequence[str] | None) -> list[Limit]:
+    """The limits given with `--limit`. Ends the program (usage) where one is none."""
+    with usage("--limit"):
+        return [Limit.parse(text) for text in texts or ()]
 
 
 def numbers(text: str, count: int, words: str, option: str, kind: Callable[[str], Any] = float) -> list[Any]:

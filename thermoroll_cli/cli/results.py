@@ -42,6 +42,8 @@ def plot(
         str, typer.Option("--fields", metavar="A,B", help="These pictures, or maps of these fields, instead of all kinds.")
     ] = "",
     cut_y: Annotated[float | None, typer.Option("--cut-y", metavar="MM", help="Curves along x at this y.")] = None,
+    over_x: options.Over = "",
+    columns: options.Columns = "",
     theories: options.Compare = "",
     data: options.Data = None,
     animate: Annotated[
@@ -81,7 +83,8 @@ def plot(
             else:
                 written, names = [stem.with_name(f"{stem.name}.{ending}") for ending in endings], [stem.name]
                 for picture in written:
-                    if why_not := draw_table(result, picture, compare=options.words(theories), dpi=dpi, measured=measured):
+                    if why_not := draw_table(result, picture, compare=options.words(theories), dpi=dpi, measured=measured,
+                                             x=over_x, only=options.words(columns)):
                         raise ValueError(why_not)
         except ValueError as cause:
             raise typer.BadParameter(f"{path}: {cause}") from None

@@ -23,6 +23,7 @@ from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
 from thermoroll_cli.one_contact.refinement.plan import COARSEST
 from thermoroll_cli.problem.kinds import kind_of
+from thermoroll_cli.problem.limits import Limit, not_there
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
@@ -51,6 +52,7 @@ def run(
     formats: options.Formats = None,
     dpi: options.Dpi = None,
     normalised: options.Normalised = False,
+    limits: options.Limits = None,
     report: options.Report = False,
     reproducible: Annotated[
         bool, typer.Option("--reproducible", help="JSON without times of computing: byte by byte the same for the same case.")
@@ -69,6 +71,7 @@ def run(
     if not cases and not from_results:
         raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
     options.check_standard_input(cases or [])
+    kept = options.parse_limits(limits)
     overrides, valid, errors = options.parse_overrides(settings), list[Case](), dict[Path, CaseError]()
     for path, stored in (*((path, False) for path in cases or ()), *((path, True) for path in from_results or ())):
         try:
@@ -89,7 +92,8 @@ def run(
         with _alone(case, codes, as_json=as_json):
             to = Ending(output, as_json, options.plots_of(case, plots, no_plots), formats, dpi, report, quiet)
             result = _solved(case, to, resume=resume, threads=threads, verbose=verbose)
-            codes.append(deliver(Solved(case, result, normalised, verbose, reproducible), to))
+            found = Solved(case, result, normalised, verbose, reproducible, kept)
+            codes.append(found.held(deliver(found, to), loud=quiet or as_json))
     raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
 
 
@@ -160,10 +164,33 @@ class Solved(Outcome):
     normalised: bool = False
     verbose: bool = False
     reproducible: bool = False
+    limits: Sequence[Limit] = ()
 
     def __post_init__(self) -> None:
         self.name = self.stem = self.case.name
-        self.reason, self.warnings = self.result.reason, self.result.warnings
+        self.judged = [(limit, limit.judged(self._states())) for limit in self.limits]
+        doubts = [f"{one.limit.text}: the error of {one.limit.scalar} is not known, and counts as none"
+                  for _, one in self.judged if one is not None and not one.known]
+        self.reason, self.warnings = self.result.reason, (*self.result.warnings, *doubts)
+
+    def _states(self) -> list[Mapping[str, Any]]:
+        """The rows that limits are held against: of a history each of its own."""
+        row, history = row_of(self.result.summary()), self.result.history
+        if history is None:
+            return [row]
+        return [dict(zip(history, values, strict=True)) for values in zip(*history.values(), strict=True)]
+
+    def held(self, code: ExitCode, *, loud: bool) -> ExitCode:
+        """The exit code with that of the limits, `loud` also in words; a state that did not converge keeps its own."""
+        if code is not ExitCode.FINE:
+            return code
+        if missing := [limit for limit, one in self.judged if one is None]:
+            streams.error(f"{self.name}: {not_there(missing[0], self._states()[-1])}")
+            return ExitCode.USAGE
+        exceeded = [one for _, one in self.judged if one is not None and not one.met]
+        for one in exceeded if loud else ():
+            streams.error(f"{self.name}: {one}")
+        return ExitCode.OUTSIDE_TOLERANCE if exceeded else code
 
     def write(self, folder: Path) -> list[Path]:
         target = folder / f"{self.stem}.h5"
@@ -209,6 +236,8 @@ class Solved(Outcome):
 
     def record(self) -> Mapping[str, Any]:
         record = {"title": self.case.settings.title, **self.result.summary()}
+        if self.judged:
+            record["limits"] = [one.record() for _, one in self.judged if one is not None]
         return _without_times(record) if self.reproducible else record
 
     def lines(self) -> list[str]:
@@ -227,6 +256,8 @@ class Solved(Outcome):
             *scalar_table(row, single, both=both, width=width), *align(sides), *align(patches),
             *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
                      f"{2 * COARSEST} or more", width) if without else ()),
+            *(line for _, one in self.judged if one is not None
+              for line in (folded(str(one), width) if one.met else streams.in_colour(folded(str(one), width), streams.RED))),
         ]
 
 

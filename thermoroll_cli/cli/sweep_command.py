@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +13,14 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, NoPicture, Outcome, deliver
 from thermoroll_cli.cli.progress import PointsProgress
-from thermoroll_cli.cli.tables import SHOWN_ROWS, sweep_table, warnings_by_kind
+from thermoroll_cli.cli.streams import ExitCode
+from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table, warnings_by_kind
 from thermoroll_cli.exact.kalker import THEORIES
 from thermoroll_cli.files.case import CaseError, Override, case_name, shown
 from thermoroll_cli.files.table_file import read_table
+from thermoroll_cli.problem.limits import Limit, not_there
+from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT
+from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.studies.sweeps.measured import Measured
 from thermoroll_cli.studies.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, parse_axes, read_points
 from thermoroll_cli.studies.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
@@ -41,7 +46,8 @@ def sweep(
         ),
     ] = None,
     listed: Annotated[
-        Path | None, typer.Option("--points", metavar="FILE.csv", help="A header line of keys, and a line for each point.")
+        Path | None, typer.Option("--points", metavar="FILE.csv", help="A header line of keys, and a line for each point; "
+                                  "columns that begin with # are labels.")
     ] = None,
     output: options.Output = options.RESULTS,
     jobs: options.Jobs = 1,
@@ -59,6 +65,9 @@ def sweep(
     threads: options.Threads = 1,
     formats: options.Formats = None,
     dpi: options.Dpi = None,
+    over_x: options.Over = "",
+    columns: options.Columns = "",
+    limits: options.Limits = None,
     compare: options.Compare = "",
     report: options.Report = False,
     data: options.Data = None,
@@ -74,7 +83,14 @@ def sweep(
     overrides, theories = options.parse_overrides(settings), options.words(compare)
     if unknown := next((name for name in theories if name not in THEORIES), None):
         raise typer.BadParameter(f"there are {', '.join(THEORIES)}, not {unknown!r}", param_hint="--compare")
+    kept, only = options.parse_limits(limits), options.words(columns)
+    if unknown := next((name for name in only if name not in (*ALL_SCALARS, *OVER_LIMIT)), None):
+        near = difflib.get_close_matches(unknown, ALL_SCALARS, 1)
+        raise typer.BadParameter(f"no scalar is called {unknown}" + (f"; did you mean {near[0]}?" if near else ""),
+                                 param_hint="--columns")
     axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
+    if over_x and over_x not in [axis.key for axis in axes if len(set(axis.values)) > 1]:
+        raise typer.BadParameter(f"{over_x} is not varied, but {', '.join(axis.key for axis in axes)}", param_hint="--x")
     with options.usage("--measured"):
         measured = None if data is None else Measured.read(data)
     options.check_cluster(dask, jobs)
@@ -85,7 +101,8 @@ def sweep(
         source = options.read_source(case)
     points = Points(source.text, source.name, case_name(case), axes, tuple(overrides), listed is not None,
                     "--points" if listed else "--over")  # fmt: skip
-    wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads, force)
+    wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads, force,
+                   kept)
     try:
         with options.recorded(case, as_json):
             wanted.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
@@ -96,14 +113,16 @@ def sweep(
     first = points.case(1)
     rows, failures = _solved(wanted, first.settings.title, as_json=as_json, quiet=quiet, verbose=verbose)
     to = Ending(output, as_json, options.plots_of(first, plots, no_plots), formats, dpi, report, quiet)
-    found = Swept(case_name(case), wanted, rows, failures, first.settings.title, theories, measured, as_json)
-    raise typer.Exit(deliver(found, to))
+    asked = (*(first.settings.numerics.accuracy_of or ()), *(limit.scalar for limit in kept), *only)
+    found = Swept(case_name(case), wanted, rows, failures, first.settings.title, theories, measured, over_x, only, asked,
+                  as_json)
+    raise typer.Exit(found.held(deliver(found, to), loud=quiet or as_json))
 
 
 @dataclass
 class Swept(Outcome):
-    """All `rows` of a sweep over the case `name`, with the number of `failures` among them. With `as_json` rows and warnings
-    have been printed."""
+    """All `rows` of a sweep over the case `name`, with the number of `failures` among them. The picture is drawn over `x`, of
+    `only` some scalars; what is `asked` for is printed first. With `as_json` rows and warnings have been printed."""
 
     name: str
     sweep: Sweep
@@ -112,6 +131,9 @@ class Swept(Outcome):
     title: str
     theories: Sequence[str]
     measured: Measured | None
+    x: str
+    only: Sequence[str]
+    asked: Sequence[str]
     as_json: bool
 
     def __post_init__(self) -> None:
@@ -133,7 +155,7 @@ class Swept(Outcome):
         table = columns_of(self.rows, self.title)
         try:
             return to.drawn(self.stem, lambda path: draw_table(table, path, compare=self.theories, dpi=to.dpi,
-                                                               measured=self.measured))
+                                                               measured=self.measured, x=self.x, only=self.only))
         except ValueError as cause:
             raise NoPicture(cause) from None
 
@@ -147,8 +169,34 @@ class Swept(Outcome):
 
     def lines(self) -> Iterator[str]:
         if len(self.rows) <= SHOWN_ROWS:
-            yield from sweep_table(list(self.rows), self.sweep.points, streams.width())
+            yield from sweep_table(list(self.rows), self.sweep.points, streams.width(), self.asked)
         yield f"{len(self.rows) - self.failures} of {len(self.rows)} points converged"
+        for limit, exceeded, count, _ in self._limits():
+            text = f"{limit.text}: " + (f"NOT MET at {len(exceeded)} of {count} points: {'; '.join(exceeded[:SHOWN_FAILURES])}"
+                                        if exceeded else f"met at {count} point{'s' if count != 1 else ''}")
+            yield from streams.in_colour(folded(text, streams.width()), streams.RED) if exceeded else folded(
+                text, streams.width())
+
+    def _limits(self) -> Iterator[tuple[Limit, list[str], int, str]]:
+        """Each limit with the points where it is exceeded, in words, the number of those that it is held against, and what is
+        wrong with it, if there is none."""
+        for place, limit in enumerate(self.sweep.limits):
+            known = [(row.name, one) for row in self.rows if (one := row.judged[place]) is not None]
+            exceeded = [f"{name} ({with_error(one.value, one.error)})" for name, one in known if not one.met]
+            some = next((row for row in self.rows if row.converged), None)
+            yield limit, exceeded, len(known), "" if known or some is None else not_there(limit, some.cells())
+
+    def held(self, code: ExitCode, *, loud: bool) -> ExitCode:
+        """The exit code with that of the limits, `loud` also in words; points that did not converge keep their own."""
+        limits = [*self._limits()] if code is ExitCode.FINE else []
+        for _, _, _, fault in limits:
+            if fault:
+                streams.error(f"{self.name}: {fault}")
+                return ExitCode.USAGE
+        for limit, exceeded, _, _ in limits:
+            if exceeded and loud:
+                streams.error(f"{self.name}: {limit.text}: NOT MET at {'; '.join(exceeded[:SHOWN_FAILURES])}")
+        return ExitCode.OUTSIDE_TOLERANCE if any(exceeded for _, exceeded, _, _ in limits) else code
 
 
 def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override], *, scalars_only: bool) -> tuple[Axis, ...]:
@@ -183,7 +231,8 @@ def _solved(sweep: Sweep, title: str, *, as_json: bool, quiet: bool, verbose: bo
         while printed + 1 in waiting:
             printed += 1
             row = waiting.pop(printed)
-            streams.write_json({"name": row.name, "title": title, "over": row.over, **row.summary,
+            limits = {"limits": [one.record() for one in row.judged if one is not None]} if row.limits else {}
+            streams.write_json({"name": row.name, "title": title, "over": row.over, **row.summary, **limits,
                                 "files": [row.file] if row.file else []})
 
     with progress:

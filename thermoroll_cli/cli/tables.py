@@ -12,6 +12,7 @@ from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     ALSO_LISTED,
     DIAGRAMS,
+    GROUPS,
     OVER_LIMIT,
     UNCERTAINTY,
     holds,
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
     from thermoroll_cli.studies.sweeps.table import Row
 
 _NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
+_PLAIN = re.compile(r"-?\d+(\.\d+)?")
+MOST_DECIMALS = 6
+"""Numbers with more are not padded to have as many."""
 _NARROWEST = 9
 """Headers and meanings are not cut to less."""
 
@@ -78,14 +82,15 @@ def assembly_rows(
     sides += [(left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left)) for left, right in sided.items()]
     kind = result.kind
     if columns := kind.columns:
-        # A row for each contact; those that are alike have one for all of them.
-        alike: dict[tuple[str, ...], list[str]] = {}
+        # A row for each contact; those that are the same have one for all of them.
+        same: dict[tuple[str, ...], list[str]] = {}
         for record in (contact.record for contact in result.contacts):
             values = [record.get(name, "") for name in columns]
             texts = (value if isinstance(value, str) else number(value, 4) for value in values[1:])
-            alike.setdefault(tuple(texts), []).append(str(values[0]))
+            same.setdefault(tuple(texts), []).append(str(values[0]))
+        shown_values = zip(*(alike(list(column)) for column in zip(*same, strict=True)), strict=True)
         sides = [columns, *((", ".join(first) if len(first) < 4 else f"{first[0]}, … {first[-1]}", *values)
-                            for values, first in alike.items())]
+                            for values, first in zip(shown_values, same.values(), strict=True))]
     shown = result.shown
     rows = [(kind.one, *(patch.name.replace("_", " ") for patch in shown), "")]
     for name, scalar in kind.of_contacts.items():
@@ -149,40 +154,70 @@ SHOWN_ROWS = 40
 FAILED = "NOT CONVERGED"
 
 
-def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str]:
+LEAST_SCALARS = 3
+"""Scalars that a table of a sweep has at least, where there are as many, in a block of its own if need be."""
+
+
+def sweep_table(rows: Sequence[Row], points: Points, width: int, asked: Sequence[str] = ()) -> Iterator[str]:
     """The table that `thermoroll sweep` prints at the end, in lines of at most `width` characters: a row per point with the
-    swept values and the scalars worth showing, those that change most if there is no room for all. A scalar that is the same
-    at all points is shown once.
+    swept values, the scalars that are `asked` for, by name or by group, in further blocks if there is no room, and as many
+    others that are worth showing as have room, those that change most. A scalar that is the same at all points is shown once.
     """
     cells, swept = [row.cells() for row in rows], [axis.key for axis in points.axes]
     problems = [points.case(row.number).task.contact for row in rows]
     drawn = (*(name for names in DIAGRAMS.values() for name in names), *OVER_LIMIT)
     given = {name for name, scalar in ALL_SCALARS.items() if all(holds(scalar.given, problem) for problem in problems)}
     values = {name: finite(name, cells) for name in drawn if name not in given and worth_showing(name, cells, swept)}
-    constant = [name for name, known in values.items() if len(known) == len(rows) > 1 and len(set(map(number, known))) == 1]
-    varying = {name: _column(name, [_with_error(name, row) for row in cells]) for name in values if name not in constant}
-    columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
-    columns += [_column(key, [swept_text(row.over[key]) for row in rows]) for key in swept]
-    room, shown = width - sum(map(_width, columns)), set()
+    # A group stands for those of its scalars that are worth showing.
+    wanted = [name for each in asked for name in ((each,) if each not in GROUPS else (n for n in GROUPS[each] if n in values))]
+    values |= {name: known for name in wanted if (known := finite(name, cells))}
+    wanted = [name for name in dict.fromkeys(wanted) if name in values]
+    constant = [name for name, known in values.items()
+                if len(known) == len(rows) > 1 and len(set(map(number, known))) == 1 and name not in wanted]
 
-    def rank(name: str) -> tuple[bool, float]:
-        """Last what says nearly the same as another column, of the lower body or of the force; else by how much it changes."""
+    def rank(name: str) -> tuple[int, bool, float]:
+        """First what is asked for; last what says nearly the same as another column, of the lower body or of the force; else
+        by how much it changes."""
         known = values[name]
-        return "_upper_" in name or name in OVER_LIMIT, -(max(known) - min(known)) / (max(map(abs, known)) or 1.0)
+        return (wanted.index(name) if name in wanted else len(wanted), "_upper_" in name or name in OVER_LIMIT,
+                -(max(known) - min(known)) / (max(map(abs, known)) or 1.0))
 
-    for name in sorted(varying, key=rank):
-        if _width(varying[name]) <= room:
-            room -= _width(varying[name])
-            shown.add(name)
-    columns += [column for name, column in varying.items() if name in shown]
-    height = max(map(len, columns))
-    yield from align(list(zip(*([""] * (height - len(column)) + column for column in columns), strict=True)))
+    first = _column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])
+    left = {name: _column(name, [_with_error(name, row) for row in cells])
+            for name in sorted((name for name in values if name not in constant), key=rank)}
+    block = [first, *(_column(key, alike([swept_text(row.over[key]) for row in rows])) for key in swept)]
+    least = max(len(wanted), min(LEAST_SCALARS, len(left)))
+    shown = 0
+    while block:
+        room, beside = width - sum(map(_width, block)), list[str]()
+        for name, column in left.items():
+            # What is asked for keeps its order.
+            if _width(column) <= room or (len(block) == 1 and not beside):
+                room -= _width(column)
+                beside.append(name)
+            elif shown + len(beside) < len(wanted):
+                break
+        order = [name for name in values if name in beside and name not in wanted]
+        block += [left.pop(name) for name in [*(name for name in beside if name in wanted), *order]]
+        height = max(map(len, block))
+        yield from align(list(zip(*([""] * (height - len(column)) + column for column in block), strict=True)))
+        shown += len(beside)
+        block = [first] if shown < least and left else []
     endless = sorted({name for row in cells for name in row["unbounded"].split()})
     for words, names in (("at all points", [f"{name} = {_with_error(name, cells[0])}" for name in constant]),
                          ("no limit (an end or a kink of a profile)", endless),
-                         ("more in the file", [name for name in varying if name not in shown])):
+                         ("more in the file", [name for name in values if name in left])):
         if names:
             yield from folded(f"{words}: {', '.join(names)}", width)
+
+
+def alike(texts: list[str]) -> list[str]:
+    """Plain numbers of a column with as many decimals as the longest of them, one below the other; other texts as they are."""
+    decimals = [len(text.partition(".")[2]) for text in texts]
+    if not all(_PLAIN.fullmatch(text) for text in texts) or max(decimals, default=0) > MOST_DECIMALS:
+        return texts
+    padded = [f"{float(text):.{max(decimals)}f}" if max(decimals) else text for text in texts]
+    return [text.rjust(max(map(len, padded))) for text in padded]
 
 
 def _column(name: str, cells: list[str]) -> list[str]:

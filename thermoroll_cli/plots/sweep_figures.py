@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.kalker import THEORIES, CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.problem.names import DIAGRAMS, ISOTHERMAL, UNCERTAINTY, UNITS, known_as, unit_end
+from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, ISOTHERMAL, UNCERTAINTY, UNITS, known_as, unit_end
 from thermoroll_cli.problem.scalar_errors import ANY_FORCES, FORCES, STEADY, finite, is_steady, worth_showing
 
 Column = NDArray[np.float64]
@@ -54,14 +55,16 @@ class Line(NamedTuple):
     colour: str
 
 
-def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare: Sequence[str] = ()) -> Figure:
+def sweep_figure(
+    table: Table, over: Sequence[str], *, title: str = "", compare: Sequence[str] = (), only: Sequence[str] = ()
+) -> Figure:
     """The scalars of `table` (a column per name, a value per point) against the first quantity of `over`.
 
     There is one line for each combination of the further quantities, with a band of ± the estimated error; two quantities of
     many values are drawn as maps. What differs visibly between the bodies is drawn of both. Columns with the prefix
     `isothermal.` are dashed where they differ visibly. Points whose `status` is not "converged" are left out and marked. The
     axis is logarithmic where the values are spaced so. Quantities that do not change or were not computed get no diagram. Creep
-    forces stand beside those of the theories to `compare` with.
+    forces stand beside those of the theories to `compare` with. Columns that are named are drawn `only`, a diagram each.
 
     Raises ValueError: nothing swept, a column missing, an unknown theory, or a table that lacks what it needs.
     """
@@ -76,6 +79,10 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     good = {name: column if name in over else np.where(failed, math.nan, column) for name, column in columns.items()}
     scalars = rows_of(good)
     diagrams = [(label, _of_bodies(good, names)) for label, names in DIAGRAMS.items() if _worth_drawing(scalars, names, over)]
+    if only:
+        if missing := next((name for name in only if not np.isfinite(good.get(name, np.empty(0))).any()), None):
+            raise ValueError(f"no column {missing} with numbers")
+        diagrams = [(_label_of(name), {"": name}) for name in only]
     counts = [np.unique(column[np.isfinite(column)]).size for column in (good[name] for name in over)]
     # Two quantities of five values or more each, and a point for most pairs.
     maps = len(over) == 2 and min(counts) >= 5 and x.size >= 0.8 * counts[0] * counts[1]
@@ -119,6 +126,16 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
         style.add_legend(figure, handles)
     style.add_headline(figure, title, note="theories: smooth bodies, constant friction" if compare else "")
     return figure
+
+
+def _label_of(name: str) -> str:
+    """What stands beside the axis of a column that is drawn alone."""
+    scalar = ALL_SCALARS.get(name)
+    if scalar is None:
+        return style.readable(words_of(name))
+    alone = scalar.diagram if len(DIAGRAMS.get(scalar.diagram, ())) == 1 else ""
+    words = scalar.brief or scalar.meaning
+    return alone or "\n".join(textwrap.wrap(f"{words} ({scalar.unit})" if scalar.unit else words, 34))
 
 
 LOWER_BODY, UPPER_BODY = "lower body", "upper body"

@@ -21,10 +21,13 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
+from thermoroll_cli.files.case_schema import entry_at
 from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source, toml_value
 from thermoroll_cli.files.csv_table import read_columns
-from thermoroll_cli.files.spellings import converted, in_own_units
+from thermoroll_cli.files.spellings import converted, in_own_units, meant
 from thermoroll_cli.one_contact.refinement.plan import leaves_out_deformation
+from thermoroll_cli.problem.columns import TEXTS
+from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.tools.process import safe_point
 
@@ -51,10 +54,11 @@ _WORD = re.compile(r"[A-Za-z][\w.-]*")
 
 @dataclass(frozen=True)
 class Axis:
-    """A dotted key of the case and the values it takes, in their order."""
+    """A dotted key of the case and the values it takes, in their order; with `label` it is none, and names the points alone."""
 
     key: str
     values: tuple[Value, ...]
+    label: bool = False
 
     @classmethod
     def parse(cls, text: str) -> Axis:
@@ -88,22 +92,37 @@ def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...
 
 
 def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
-    """The columns of the CSV file at `path` (`read_columns`), a line per point, in the units of their keys.
+    """The columns of the CSV file at `path` (`read_columns`), a line per point, in the units of their keys. Columns whose name
+    begins with # are labels.
 
-    Raises ValueError (not such a file, the same key or the same point twice), OSError.
+    Raises ValueError (not such a file, the same key or the same point twice, a label that is called like another column),
+    OSError.
     """
     names, lines = read_columns(path, "a list of points")
-    keys, factors = in_own_units(str(path), names)
+    labels = [name.startswith("#") for name in names]
+    keys, factors = in_own_units(str(path), [f"label{place}" if label else name
+                                             for place, (name, label) in enumerate(zip(names, labels, strict=True))])
+    keys = [name.removeprefix("#").strip() if label else key for name, key, label in zip(names, keys, labels, strict=True)]
     _check_keys(keys)
-    seen: dict[tuple[Value, ...], int] = {}
+    for key, label in zip(keys, labels, strict=True):
+        if label and (not key or "." in key or key in (*ALL_SCALARS, *OVER_LIMIT, *TEXTS, "point")):
+            raise ValueError(f"{path}: a label cannot be called {key or 'nothing'}: choose a name that no other column has")
+        if not label and not entry_at(key_path(key)) and "." not in key:
+            near = f"did you mean {meant(key)}? " if meant(key) else ""
+            raise ValueError(f"{path}: the column {key} is no key of a case; {near}A label of the points, which is only "
+                             f"written to the table, begins with #: #{key}")
+    seen, rows = dict[tuple[Value, ...], int](), list[tuple[Value, ...]]()
     for number, cells in lines:
         place = f"{path}, line {number}"
-        values = tuple(_value(place, cell) if factor == 1.0 else converted(_number(place, cell), factor)
-                       for cell, factor in zip(cells, factors, strict=True))
-        if values in seen:
-            raise ValueError(f"{place}: the same point as in line {seen[values]}")
-        seen[values] = number
-    return tuple(Axis(key, column) for key, column in zip(keys, zip(*seen, strict=True), strict=True))
+        values = tuple(_label(cell) if label else _value(place, cell) if factor == 1.0 else
+                       converted(_number(place, cell), factor)
+                       for cell, factor, label in zip(cells, factors, labels, strict=True))
+        point = tuple(value for value, label in zip(values, labels, strict=True) if not label)
+        if point in seen:
+            raise ValueError(f"{place}: the same point as in line {seen[point]}")
+        seen[point] = number
+        rows.append(values)
+    return tuple(Axis(*column) for column in zip(keys, zip(*rows, strict=True), labels, strict=True))
 
 
 def _check_keys(keys: Sequence[str]) -> None:
@@ -139,6 +158,12 @@ def _value(text: str, written: str) -> Value:
     if number or word:
         return value
     raise ValueError(f'"{text}": "{written.strip()}" is neither a number nor a word')
+
+
+def _label(written: str) -> Value:
+    """A number, or any text."""
+    value = toml_value(written)
+    return value if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) else written
 
 
 def _number(text: str, written: str) -> int | float:
@@ -196,7 +221,7 @@ class Points:
     def case(self, number: int) -> Case:
         """The case of the point `number`. Raises CaseError, which names `origin` where a swept value is wrong."""
         swept = [Override(axis.path, value, f"{axis.key}={_written(value)}", self.origin)
-                 for axis, value in zip(self.axes, self.values(number), strict=True)]
+                 for axis, value in zip(self.axes, self.values(number), strict=True) if not axis.label]
         return Case.from_source(_parsed(self.text, self.source).overridden([*self.settings, *swept]), self.source)
 
     def checked(self) -> Iterator[Case]:

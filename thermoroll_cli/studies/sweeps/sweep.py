@@ -20,6 +20,7 @@ from thermoroll_cli.files.result.labelled import image, save
 from thermoroll_cli.files.result.outcome import KIND, tree_of
 from thermoroll_cli.files.table_file import ENDS, SWEEP, history_files, tree_of_table, write_csv
 from thermoroll_cli.problem.kinds import Task
+from thermoroll_cli.problem.limits import Limit
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import Solver
 from thermoroll_cli.studies.sweeps.points import MOST_POINTS, Axis, Points, Value, key_of
@@ -136,7 +137,7 @@ class Sweep:
     """`points` to be solved into `folder` by `workers`, with a result file for each, or with `scalars_only` none.
 
     `resume` leaves out the points that the folder has already; without it `force` begins anew in a folder that has a sweep of
-    other points. `threads` are those of the transforms in the only process.
+    other points. `threads` are those of the transforms in the only process. Rows say which `limits` they keep.
     """
 
     points: Points
@@ -147,6 +148,7 @@ class Sweep:
     scalars_only: bool = False
     threads: int = 1
     force: bool = False
+    limits: Sequence[Limit] = ()
     _keys: list[str] = field(default_factory=list)
 
     def check(self, note: Callable[[str], None] = lambda text: None) -> None:
@@ -176,7 +178,7 @@ class Sweep:
             finished = self._finished(journal, owners, note)
             if finished:
                 note(f"{len(finished)} of {self.points.count} points are finished already")
-            rows = Rows(self.points, self._keys, journal, self.folder)
+            rows = Rows(self.points, self._keys, journal, self.folder, self.limits)
             for key in finished:
                 report(rows.row(numbers[key]), False)
             written, wait = time.monotonic(), SECONDS_BETWEEN_TABLES

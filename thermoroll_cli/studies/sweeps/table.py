@@ -7,10 +7,12 @@ import pathlib
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from thermoroll_cli.problem import names
 from thermoroll_cli.problem.columns import CONVERGED, TEXTS, Columns
+from thermoroll_cli.problem.limits import Judged, Limit
 from thermoroll_cli.problem.names import STATES
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import row_of
@@ -32,6 +34,12 @@ class Row:
     over: Mapping[str, Value]
     summary: Mapping[str, Any]
     file: pathlib.Path | None
+    limits: Sequence[Limit] = ()
+
+    @cached_property
+    def judged(self) -> list[Judged | None]:
+        """The `limits` held against a point that converged."""
+        return [limit.judged([row_of(self.summary)]) if self.converged else None for limit in self.limits]
 
     @property
     def converged(self) -> bool:
@@ -48,7 +56,9 @@ class Row:
     def cells(self) -> dict[str, Any]:
         """The values by column, numbers and texts."""
         summary, work = self.summary, self.summary["work"]
-        return {**row_of(summary), **self.over, "unbounded": " ".join(summary["unbounded"]),
+        limits = {limit.text: "" if one is None else "met" if one.met else "not met"
+                  for limit, one in zip(self.limits, self.judged, strict=True)}
+        return {**row_of(summary), **self.over, **limits, "unbounded": " ".join(summary["unbounded"]),
                 "warnings": "; ".join(summary["warnings"]), "work.grid": "x".join(map(str, work.get("grid", ()))),
                 "file": self.file.name if self.file else "", "work.applications": work.get("applications", math.nan)}
 
@@ -92,12 +102,13 @@ class Rows:
     keys: Sequence[str]
     journal: Journal
     folder: pathlib.Path
+    limits: Sequence[Limit] = ()
 
     def row(self, number: int) -> Row:
         record = self.journal[self.keys[number - 1]]
         file = self.folder / record["file"] if record["file"] else None
         name = self.points.name(number) if file is None else file.stem
-        return Row(number, name, self.points.over(number), _whole(record["summary"]), file)
+        return Row(number, name, self.points.over(number), _whole(record["summary"]), file, self.limits)
 
     @property
     def numbers(self) -> list[int]:
@@ -116,17 +127,18 @@ def columns_of(rows: Rows, title: str = "", *, every: bool = False) -> Columns:
     and every number that any row has."""
     points = rows.points
     keys = tuple(axis.key for axis in points.axes)
-    columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS[:-1], "work.applications", "file")}
+    limits = [limit.text for limit in rows.limits]
+    columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS[:-1], *limits, "work.applications", "file")}
     known = set(rows.numbers)
     for before, number in enumerate(range(1, points.count + 1) if every else sorted(known)):
-        cells = rows.row(number).cells() if number in known else points.over(number) | dict.fromkeys(TEXTS, "")
+        cells = rows.row(number).cells() if number in known else points.over(number) | dict.fromkeys((*TEXTS, *limits), "")
         # Arrays need a quarter of the memory of lists.
         columns |= {name: array("d", [math.nan]) * before for name, value in cells.items()
                     if name not in columns and isinstance(value, float) and not math.isnan(value)}
         for name, column in columns.items():
             column.append(cells.get(name, math.nan))
-    declared = (*keys, *TEXTS[:4], *names.SCALARS, *names.LINE_SCALARS, *names.PROBLEM_SCALARS, *names.LINE_PROBLEM_SCALARS,
-                *names.OVER_LIMIT, *names.SUBSURFACE_SCALARS,
+    declared = (*keys, *TEXTS[:4], *limits, *names.SCALARS, *names.LINE_SCALARS, *names.PROBLEM_SCALARS,
+                *names.LINE_PROBLEM_SCALARS, *names.OVER_LIMIT, *names.SUBSURFACE_SCALARS,
                 *(f"{state}.{name}" for state in STATES for name in (*names.SCALARS, *names.LINE_SCALARS)),
                 *(f"uncertainty.{name}" for name in names.SUBSURFACE_SCALARS))
     last = {name: columns.pop(name) for name in ("work.grid", "work.applications", "file")}

@@ -19,15 +19,16 @@ MOST_DRAWN = 20_000
 
 def draw_table(
     table: Columns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None,
-    measured: Measured | None = None,
+    measured: Measured | None = None, x: str = "", only: Sequence[str] = (),
 ) -> str:
-    """Draw the scalars over the key with most numbers, or over words, a curve for each combination of the
-    others; those of a list over the number of the point where several keys vary, those of a history over the distance rolled or
-    over time. Returns why there is no picture, or nothing.
+    """Draw the scalars over the column `x` of what was varied, or over the key with most numbers, or over words, a curve for
+    each combination of the others; those of a list over the number of the point where several keys vary, those of a history
+    over the distance rolled or over time. Of scalars that are named, `only` these are drawn. Returns why there is no picture,
+    or nothing.
 
     Creep forces stand beside those of the theories to `compare` with, `measured` points over all; `dpi` is the resolution of
     PNG files. Raises OSError, and ValueError for what cannot be compared, or drawn: measured over another key, or of no
-    diagram."""
+    diagram; no column `x` that varies, or none of those to be drawn."""
     columns = {**table, "point": list(range(1, table.count + 1))}
     varying = [key for key in reversed(table.label) if len(set(columns[key])) > 1]
     numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
@@ -40,13 +41,17 @@ def draw_table(
     over = ["point"] if by_number else [*first, *(key for key in reversed(varying) if key not in first)]
     if table.of_history:
         over = [table.place]
+    if x:
+        if x not in table.varied or len(set(columns[x])) < 2:
+            raise ValueError(f"{x} was not varied, but {', '.join(reversed(varying))}")
+        over = [x] if table.over == ("point",) or table.of_history else [x, *(key for key in reversed(varying) if key != x)]
     if CONVERGED not in columns["status"]:
         return "no point converged"
     with style.applied():
         if any(name.endswith(".y_rail_mm") for name in columns):
             style.save(wheelset_sweep_figure(columns, over[0], table.title), path, dpi)
             return ""
-        figure = sweep_figure(columns, over, title=table.title, compare=compare)
+        figure = sweep_figure(columns, over, title=table.title, compare=compare, only=only)
         if measured is not None:
             if over[0] not in measured.varied:
                 raise ValueError(f"{measured.source} has no column {over[0]}, over which the sweep is drawn")

@@ -1,0 +1,88 @@
+"""Limits of scalars: `--limit` of `run` and `sweep`, its exit codes, lines and records."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, THERMAL, call
+from thermoroll_cli.problem.limits import Limit
+
+HERTZ = 898.6
+"""Peak pressure of two steel spheres, R 30 mm, under 65 N in MPa: 3W/(2πa²) with a = (3WR'/4E*)^⅓."""
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    (tmp_path / "spheres.toml").write_text(MECHANICAL)
+    return tmp_path / "spheres.toml"
+
+
+def test_the_pressure_of_the_limits_is_hertz() -> None:
+    modulus, radius = 0.5 * 210e9 / (1.0 - 0.28**2), 0.015
+    a = (0.75 * 65.0 * radius / modulus) ** (1.0 / 3.0)
+    assert 1.5e-6 * 65.0 / (math.pi * a * a) == pytest.approx(HERTZ, abs=0.1)
+
+
+@pytest.mark.parametrize(("limits", "code", "met"), [
+    (["pressure_max_MPa<1200"], 0, [True]), (["pressure_max_MPa<1200", "pressure_max_MPa <= 880"], 6, [True, False]),
+    (["Q_F_W>=1"], 6, [False]), (["uncertainty.force_x_N<1e3"], 0, [True]), (["force_x_N>0"], 0, [True]),
+])
+def test_a_run_keeps_its_limits_or_ends_with_6(
+    limits: list[str], code: int, met: list[bool], case: Path, tmp_path: Path
+) -> None:
+    options = [word for limit in limits for word in ("--limit", limit)]
+    done = call("run", case, "-o", tmp_path / "out", "--no-plots", "--json", *options)
+    record = json.loads(done.stdout)
+    assert (done.returncode, [one["met"] for one in record["limits"]]) == (code, met)
+    assert [one["limit"] for one in record["limits"]] == [limit.replace(" ", "") for limit in limits]
+    assert ("NOT MET" in done.stderr) == (code == 6)
+    printed = call("run", case, "-o", tmp_path / "out", "--no-plots", *options)
+    assert printed.returncode == code and all(limit.replace(" ", "") in printed.stdout for limit in limits)
+
+
+def test_a_value_with_its_error_counts_and_the_worst_of_many_states() -> None:
+    states = [{"a": 1.0}, {"pressure_max_MPa": 1190.0, "uncertainty.pressure_max_MPa": 20.0},
+              {"pressure_max_MPa": 1195.0, "uncertainty.pressure_max_MPa": 1.0}, {"pressure_max_MPa": math.nan}]
+    judged = Limit.parse("pressure_max_MPa<1200").judged(states)
+    assert judged is not None and (judged.met, judged.value) == (False, 1190.0)
+    judged = Limit.parse("pressure_max_MPa>1189").judged(states)
+    assert judged is not None and (judged.met, judged.value) == (False, 1190.0)
+    judged = Limit.parse("pressure_max_MPa<1211").judged(states)
+    assert judged is not None and judged.met
+    unknown = Limit.parse("pressure_max_MPa<1200").judged([{"pressure_max_MPa": 1190.0}])
+    assert unknown is not None and unknown.met and not unknown.known
+
+
+@pytest.mark.parametrize(("limit", "words"), [
+    ("presure_max_MPa<1200", "did you mean pressure_max_MPa?"), ("pressure_max_MPa=1200", "is not of the form SCALAR<VALUE"),
+    ("pressure_max_MPa<high", "is not of the form SCALAR<VALUE"), ("von_mises_max_lower_MPa<500", "this result has no von"),
+    ("force_x_N_mm<1", "this result has no force_x_N_mm"),
+])
+def test_a_limit_on_what_is_not_there_is_wrong_usage(limit: str, words: str, case: Path, tmp_path: Path) -> None:
+    for command in (("run", case), ("sweep", case, "--over", "load.normal_N=50,60")):
+        done = call(*command, "-o", tmp_path / command[0], "--no-plots", "-q", "--limit", limit)
+        assert done.returncode == 2 and words in " ".join(done.stderr.split())
+
+
+def test_what_did_not_converge_keeps_its_exit_code(case: Path, tmp_path: Path) -> None:
+    """Beyond the heat for which there is a steady state."""
+    hot = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 2e3").replace("grid = 16", "grid = 8")
+    case.write_text(hot + '[thermal]\npeclet = "stationary"\n')
+    done = call("run", case, "-o", tmp_path, "--no-plots", "-q", "--limit", "pressure_max_MPa<1")
+    assert done.returncode == 4
+
+
+def test_a_sweep_has_a_column_for_each_limit(case: Path, tmp_path: Path) -> None:
+    over = ("--over", "load.normal_N=50,65,100", "--no-plots", "-o", tmp_path / "out")
+    done = call("sweep", case, *over, "--limit", "pressure_max_MPa<1000")
+    assert done.returncode == 6 and "pressure_max_MPa<1000: NOT MET at 1 of 3 points: spheres_0003 (103" in done.stdout
+    rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
+    assert [row["pressure_max_MPa<1000"] for row in rows] == ["met", "met", "not met"]
+    done = call("sweep", case, *over, "--limit", "pressure_max_MPa<1200", "--json")
+    assert done.returncode == 0
+    assert [json.loads(line)["limits"][0]["met"] for line in done.stdout.splitlines()] == [True] * 3
