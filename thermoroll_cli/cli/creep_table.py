@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from types import MappingProxyType
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import typer
@@ -18,7 +21,7 @@ from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.csv_table import write_rows
-from thermoroll_cli.problem.friction import FrictionLaw
+from thermoroll_cli.problem.friction import FORMULAS, LAW_CONSTANTS, FormulaName, FrictionLaw
 from thermoroll_cli.studies.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.studies.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
 from thermoroll_cli.studies.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
@@ -32,8 +35,27 @@ RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
 table = typer.Typer(help="Build a table of creep forces, or query one.", rich_markup_mode=None,
                     add_completion=False, no_args_is_help=True, context_settings=HELP_OPTIONS)  # fmt: skip
 
-LawChoice = Literal["exponential", "rational", "linear"]
-"""Laws of friction that have a formula."""
+
+def with_law_constants(command: Callable[..., None]) -> Callable[..., None]:
+    """`command` with an option for each constant of a law of friction, after `--law`; it gets them as `constants`, by key."""
+    @functools.wraps(command)
+    def wrapped(**given: Any) -> None:
+        constants = {key: given.pop(key) for key in LAW_CONSTANTS}
+        command(**given, constants=constants)
+
+    own = inspect.signature(command, eval_str=True)
+    parameters = [parameter for name, parameter in own.parameters.items() if name != "constants"]
+    added = [inspect.Parameter(key, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=Annotated[
+        float | None, typer.Option(_option(key), help=f"{constant.meaning}.")]) for key, constant in LAW_CONSTANTS.items()]
+    after = 1 + [parameter.name for parameter in parameters].index("law")
+    parameters[after:after] = added
+    wrapped.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+    wrapped.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return wrapped
+
+
+def _option(key: str) -> str:
+    return f"--{key.replace('_', '-')}"
 
 
 @table.command()
@@ -140,6 +162,7 @@ class Built(Outcome):
 
 
 @table.command()
+@with_law_constants
 def query(
     file: Annotated[
         Path | None, typer.Argument(metavar="[TABLE.h5]", help="A table; without it the one that comes with the program.")
@@ -151,9 +174,8 @@ def query(
     modulus: Annotated[float | None, typer.Option("--shear-modulus-GPa", help="Combined shear modulus.")] = None,
     friction: Annotated[float | None, typer.Option("--friction", help="Coefficient of friction, without slip.")] = None,
     load: Annotated[float | None, typer.Option("--normal-N", help="Normal force.")] = None,
-    law: Annotated[LawChoice | None, typer.Option("--law", help="Friction that falls with slip; approximately.")] = None,
-    limit: Annotated[float | None, typer.Option("--limit-coefficient", help="Coefficient of the law at large slip.")] = None,
-    half_slip: Annotated[float | None, typer.Option("--half-slip-m-s", help="Slip speed at half of the loss.")] = None,
+    law: Annotated[FormulaName | None, typer.Option("--law", help="Friction that falls with slip; approximately.")] = None,
+    constants: Mapping[str, float | None] = MappingProxyType({}),
     speed: Annotated[float | None, typer.Option("--speed-m-s", help="Rolling speed, for a law of friction.")] = None,
     outside: Annotated[Outside, typer.Option("--outside", help="a/b not in the table.")] = "error",
     csv: Annotated[
@@ -180,10 +202,7 @@ def query(
     try:
         falling, rolling = None, math.nan
         if law is not None:
-            least, half = _given("--limit-coefficient", limit), _given("--half-slip-m-s", half_slip)
-            if not (0.0 <= least <= at_rest and 0.0 < at_rest and 0.0 < half < math.inf):
-                raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s above 0")
-            falling, rolling = FrictionLaw(law, least / at_rest, half), _given("--speed-m-s", speed)
+            falling, rolling = _falling(law, constants, at_rest), _given("--speed-m-s", speed)
         given = _values(longitudinal, "--longitudinal"), _values(lateral, "--lateral"), _values(spin, "--spin-rad-mm")
         xi, eta, phi = (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*given, indexing="ij"))
         forces = table.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=stiffness * 1e9,
@@ -216,6 +235,19 @@ def _given(option: str, value: Given | None) -> Given:
     if value is None:
         raise typer.BadParameter("is missing", param_hint=option)
     return value
+
+
+def _falling(law: FormulaName, given: Mapping[str, float | None], at_rest: float) -> FrictionLaw:
+    """The law with the constants `given` by key; `at_rest` is the coefficient without slip, the largest that a table knows."""
+    constants: dict[str, Any] = {}
+    for constant in FORMULAS[law].constants:
+        option = _option(constant.key)
+        value, most = _given(option, given[constant.key]), at_rest if constant.of_friction else constant.most
+        if not (constant.least <= value <= most and at_rest > 0.0):
+            raise ValueError(f"a law needs {option} from {constant.least:g} to "
+                             f"{'--friction' if constant.of_friction else format(most, 'g')}")
+        constants[constant.name] = value / at_rest if constant.of_friction else value
+    return FrictionLaw(law, **constants)
 
 
 def _values(text: str, hint: str) -> tuple[float, ...]:

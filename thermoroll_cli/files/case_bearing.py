@@ -88,7 +88,7 @@ def bearing_faults(sections: Mapping[str, Any], bearing: BearingTable) -> Iterat
         yield (("bearing", "load", "inner_over_outer_K"), "widens the inner ring, but its thermal expansion is not given",
                "0, or thermal constants in [material]")  # fmt: skip
     at_rest, law = sections.get("load"), sections.get("friction")
-    rises = law is not None and (law.limit_coefficient or any(coefficient for _, coefficient in law.table or ()))
+    rises = law is not None and any(law.coefficients)
     if bearing.control == "tractions" and bearing.inner_rpm != bearing.outer_rpm and at_rest is not None and (
             at_rest.friction_coefficient == 0.0 and not rises):
         yield (("load", "friction_coefficient"), "without friction no traction determines the axes of the balls",

@@ -20,6 +20,7 @@ from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.files.profile_file import outline_fault, point_fault, running_surface
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
+from thermoroll_cli.problem.friction import FORMULAS, LAW_CONSTANTS
 from thermoroll_cli.problem.kinds import Kind, kind_in
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
@@ -283,8 +284,8 @@ def _curve(
 
 def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Iterator[Conflict]:
     law = friction.law
-    needed = ("table",) if law == "table" else ("limit_coefficient", "half_slip_m_s") if law else ()
-    for key in ("limit_coefficient", "half_slip_m_s", "table"):
+    needed = ["table"] if law == "table" else [constant.key for constant in FORMULAS[law].constants] if law else []
+    for key in (*LAW_CONSTANTS, "table"):
         given = getattr(friction, key) is not None
         if key in needed and not given:
             yield Conflict(("friction", "law"), f"{law} friction needs {key}", f"friction.{key}")

@@ -115,7 +115,7 @@ def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault
         yield ("history", "begin"), "does not tell the memory of friction", '"steady" or "pressed", or no friction.memory_um'
     elif friction.law and not friction.memory_um:
         at_rest = (0.0 if load is None else load.friction_coefficient) or 0.0
-        values = [value for _, value in friction.table or ()] or [at_rest, friction.limit_coefficient or 0.0]
+        values = friction.coefficients if friction.table else [at_rest, *friction.coefficients]
         if any(other < one for one, other in pairwise(values)):
             yield (("friction", "law"), "falls with slip: over time it has no solution without memory",
                    "friction.memory_um above 0, or a law that does not fall")

@@ -5,9 +5,9 @@ A new key is one line here, and one where `case_problem` puts it into the proble
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
+from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema, create_model
 from pydantic_core import PydanticCustomError
 
 from thermoroll_cli.files.case_bearing import BearingTable
@@ -24,6 +24,7 @@ from thermoroll_cli.files.case_table import (
     unit_key,
 )
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
+from thermoroll_cli.problem.friction import FORMULAS, LAW_CONSTANTS, LawName
 from thermoroll_cli.problem.kinds import Kind, kind_in
 from thermoroll_cli.problem.names import GROUPS
 from thermoroll_cli.problem.problem import BODIES
@@ -169,8 +170,8 @@ class RailFrictionTable(Table):
     over_angle: list[Pair] | None = pairs(OVER_ANGLE, "The same for this rail")
 
 
-class FrictionTable(Table):
-    """Dependence of the coefficient of friction on place, slip and the temperature of the contact."""
+class PlacesOfFriction(Table):
+    """The keys of [friction] up to the law."""
 
     over_angle: list[Pair] | None = pairs(
         OVER_ANGLE, "[inclination of the rail's surface in degrees, negative towards the gauge face, coefficient of friction], "
@@ -181,13 +182,28 @@ class FrictionTable(Table):
     left: RailFrictionTable | None = Field(default=None, description="The left rail, where it differs")
     right: RailFrictionTable | None = Field(default=None, description="The right rail, where it differs")
 
-    law: Literal["exponential", "rational", "linear", "table"] | None = Field(
-        default=None, description="How friction changes with the slip speed; constant if left out"
-    )
-    limit_coefficient: float | None = quantity("Coefficient of friction at large slip, unless law is a table", None,
-                                               ge=0, le=10)  # fmt: skip
-    half_slip_m_s: float | None = quantity("Slip speed at which half of the change has happened, unless law is a table",
-                                           None, ge=1e-12, le=1e9)  # fmt: skip
+    law: LawName | None = Field(default=None, description="How friction changes with the slip speed; constant if left out")
+
+
+def _with_constants_of_laws(table: type[Table]) -> type[Table]:
+    """`table` with a key for each constant of a law of friction."""
+    keys: dict[str, Any] = {}
+    for constant in LAW_CONSTANTS.values():
+        laws = [name for name, formula in FORMULAS.items() if constant in formula.constants]
+        which = "unless law is a table" if len(laws) == len(FORMULAS) else f"if law is {' or '.join(laws)}"
+        keys[constant.key] = float | None, quantity(f"{constant.meaning}, {which}", None, ge=constant.least, le=constant.most)
+    return create_model("ConstantsOfLaws", __base__=table, **keys)
+
+
+if TYPE_CHECKING:
+    ConstantsOfLaws = PlacesOfFriction
+else:
+    ConstantsOfLaws = _with_constants_of_laws(PlacesOfFriction)
+
+
+class FrictionTable(ConstantsOfLaws):
+    """Dependence of the coefficient of friction on place, slip and the temperature of the contact."""
+
     table: list[Pair] | None = pairs("[slip speed, coefficient] of numbers, slip speeds in m/s increasing from 0",
                                      "[slip speed in m/s, coefficient of friction] of a table", least=2)
     memory_um: float = quantity("Sliding distance over which friction follows its law; 0: at once", 0.0, ge=0, le=1e9)
@@ -200,6 +216,12 @@ class FrictionTable(Table):
         "Share of the coefficient of friction that remains however hot the contact gets", 0.1, ge=0, le=1)
     temperature_maximum_factor: float = quantity(
         "Multiple of the coefficient of friction that it never exceeds, however hot the contact gets", 2.0, ge=1, le=100)
+
+    @property
+    def coefficients(self) -> list[float]:
+        """The coefficients that the law names, in the order of slip."""
+        limits = (getattr(self, key) for key, constant in LAW_CONSTANTS.items() if constant.of_friction)
+        return [*(coefficient for _, coefficient in self.table or ()), *(limit for limit in limits if limit is not None)]
 
 
 def coefficient_at_rest(load: LoadTable, friction: FrictionTable) -> float:

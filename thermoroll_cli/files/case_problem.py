@@ -14,7 +14,7 @@ from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName
 from thermoroll_cli.one_contact.steady_state.derived import pressed_to, rubbed
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
-from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
+from thermoroll_cli.problem.friction import FORMULAS, Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.relaxation import Series
 from thermoroll_cli.problem.rounding import steps_of
@@ -136,7 +136,7 @@ def profile_of(table: model.ProfileTable) -> Profile:
 
 
 def _friction(table: model.FrictionTable, at_rest: float) -> Friction:
-    largest = max(at_rest, table.limit_coefficient or 0.0, *(coefficient for _, coefficient in table.table or ()))
+    largest = max([at_rest, *table.coefficients])
     return Friction(largest, _friction_law(table, at_rest, largest), table.temperature_slope_1_K, table.temperature_start_K,
                     table.temperature_minimum_factor, table.temperature_maximum_factor)
 
@@ -151,8 +151,9 @@ def _friction_law(table: model.FrictionTable, at_rest: float, largest: float) ->
         return replace(law, table=tuple((speed, coefficient / largest) for speed, coefficient in table.table or ()))
     if table.law is None:
         return law
-    return replace(law, rest=at_rest / largest, limit=(table.limit_coefficient or 0.0) / largest,
-                   half_slip=table.half_slip_m_s or 0.0)
+    constants = {constant.name: table.si(constant.key) / (largest if constant.of_friction else 1.0)
+                 for constant in FORMULAS[table.law].constants}
+    return replace(law, rest=at_rest / largest, **constants)
 
 
 def _recirculation(table: model.RecirculationTable | None, radius: float) -> si.ReturningTrack | None:

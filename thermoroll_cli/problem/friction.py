@@ -5,24 +5,55 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.tools.arrays import Array
 
-LawName = Literal["exponential", "rational", "linear", "table"]
-Shape = Callable[[Array], Array]
+FormulaName = Literal["exponential", "rational", "linear"]
+LawName = Literal[FormulaName, "table"]
 IntArray = NDArray[np.intp]
 
-LAWS: dict[str, tuple[Shape, Shape]] = {
-    "exponential": (lambda s: np.exp2(-s), lambda s: -math.log(2.0) * np.exp2(-s)),
-    "rational": (lambda s: 1.0 / (1.0 + s), lambda s: -1.0 / (1.0 + s) ** 2),
-    "linear": (lambda s: np.maximum(1.0 - 0.5 * s, 0.0), lambda s: np.where(s < 2.0, -0.5, 0.0)),
+
+class LawConstant(NamedTuple):
+    """A constant of a law of friction: its `name` in `FrictionLaw`, and its `key` in a case, from which options take their
+    names, with its meaning and its range, all in SI units. A law has a coefficient of friction (`of_friction`) relative to the
+    largest one."""
+
+    name: str
+    key: str
+    meaning: str
+    least: float
+    most: float
+    of_friction: bool = False
+
+
+class Formula(NamedTuple):
+    """A law of slip: the `share` of the change from the value at rest to the limit that is still to come at the slip speed s
+    (over the half slip), and its derivative `slope`. The share is 1 at s = 0 and ½ at s = 1; in between and beyond it may rise
+    and fall. Both take s, and the values of the `further` constants of the law."""
+
+    share: Callable[..., Array]
+    slope: Callable[..., Array]
+    further: tuple[LawConstant, ...] = ()
+
+    @property
+    def constants(self) -> tuple[LawConstant, ...]:
+        return LIMIT, HALF_SLIP, *self.further
+
+
+LIMIT = LawConstant("limit", "limit_coefficient", "Coefficient of friction at large slip", 0, 10, of_friction=True)
+HALF_SLIP = LawConstant("half_slip", "half_slip_m_s", "Slip speed at which half of the change has happened", 1e-12, 1e9)
+
+FORMULAS: dict[FormulaName, Formula] = {
+    "exponential": Formula(lambda s: np.exp2(-s), lambda s: -math.log(2.0) * np.exp2(-s)),
+    "rational": Formula(lambda s: 1.0 / (1.0 + s), lambda s: -1.0 / (1.0 + s) ** 2),
+    "linear": Formula(lambda s: np.maximum(1.0 - 0.5 * s, 0.0), lambda s: np.where(s < 2.0, -0.5, 0.0)),
 }
-"""Laws of slip: the share of the change from 1 to the limit that is still to come at the slip speed s (over the half slip), and
-its derivative. The share is 1 at s = 0 and ½ at s = 1; in between and beyond it may rise and fall."""
+LAW_CONSTANTS: dict[str, LawConstant] = {each.key: each for formula in FORMULAS.values() for each in formula.constants}
+"""The constants of all laws, by key: those of a case, of the options of tables, and of what they check."""
 SAMPLES = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 801), [np.inf]])
 """Slip speeds over the half slip at which the range and the steepest fall of a law are looked up."""
 
@@ -55,9 +86,10 @@ class FrictionLaw:
     def factor(self, speed: Array) -> tuple[Array, Array]:
         """f and df/ds (s/m) at slip speeds in m/s."""
         if self.kind != "table":
-            share, slope = LAWS[self.kind]
-            change, scaled = self.rest - self.limit, speed / self.half_slip
-            return self.limit + change * share(scaled), change / self.half_slip * slope(scaled)
+            formula, change, scaled = FORMULAS[self.kind], self.rest - self.limit, speed / self.half_slip
+            further = [getattr(self, constant.name) for constant in formula.further]
+            return (self.limit + change * formula.share(scaled, *further),
+                    change / self.half_slip * formula.slope(scaled, *further))
         speeds, factors = np.array(self.table).T
         slopes = np.append(np.diff(factors) / np.diff(speeds), 0.0)
         interval = np.clip(np.searchsorted(speeds, speed, side="right") - 1, 0, None)
