@@ -201,6 +201,9 @@ def query(
         _given("--shear-modulus-GPa", modulus), _given("--friction", friction), _given("--normal-N", load))
     try:
         falling, rolling = None, math.nan
+        own = [] if law is None else [constant.key for constant in FORMULAS[law].constants]
+        for key in (key for key, value in constants.items() if value is not None and key not in own):
+            raise ValueError(f"{_option(key)} belongs to no law" if law is None else f"{_option(key)} is none of --law {law}")
         if law is not None:
             falling, rolling = _falling(law, constants, at_rest), _given("--speed-m-s", speed)
         given = _values(longitudinal, "--longitudinal"), _values(lateral, "--lateral"), _values(spin, "--spin-rad-mm")
