@@ -21,7 +21,6 @@ from thermoroll_cli.exact.hertz import hertz_contact, line_contact
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.exact.moving_sources import effusivity, ellipse_maximum, tian_kennedy_maximum
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
 from thermoroll_cli.physics.halfspace.bodies import Bodies
@@ -33,6 +32,7 @@ from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.arrays import Array
 
 HEADER = ("check", "quantity", "computed", "exact", "difference")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from thermoroll_cli.many_contacts.wheelset.conicity import Conicity
 
 Report = Callable[[str, Mapping[str, Any]], None]
+Solvable = Case | Mapping[str, Any] | str | os.PathLike[str] | Task
+"""A `Case`, the path of a case file, a mapping of its tables, or a problem of any kind in SI units."""
 
 
 class Solver:
@@ -36,26 +40,38 @@ class Solver:
             raise ValueError(f"threads must be 1 or more, not {threads!r}")
         self._threads, self._options, self._solvers = threads, options, dict[str, Any]()
 
-    def solve(self, case: Case | Mapping[str, Any] | str | os.PathLike[str] | Task, *, report: Report | None = None) -> Result:
+    def solve(
+        self, case: Solvable, *, report: Report | None = None, journal: str | os.PathLike[str] | None = None,
+        resume: bool = False,
+    ) -> Result:
         """The result of `case`, in the sense of the function `solve`.
 
         Parameters:
 
-        - `case`, `report`: as of `solve`.
+        - `case`, `report`, `journal`, `resume`: as of `solve`.
 
         Raises CaseError for an invalid case, ValueError if no steady state can exist or a wheel misses its rail."""
-        if not isinstance(case, Task):
-            given = Case.of(case)
-            return self.solve(given.task, report=report).with_case(given.text, given.to_json())
-        if case.kind not in self._solvers:
-            self._solvers[case.kind] = kind_of(case).solver(self._threads, self._options)
-        with on_one_thread():
-            result: Result = self._solvers[case.kind].solve(case, report=report)
-        return result
+        given = None if isinstance(case, Task) else Case.of(case)
+        task: Task = case if given is None else given.task  # type: ignore[assignment]
+        kind = kind_of(task)
+        if kind.name not in self._solvers:
+            self._solvers[kind.name] = kind.solver(self._threads, self._options)
+        solver = self._solvers[kind.name]
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(on_one_thread())
+            kept: dict[str, Any] = {}
+            if journal is not None and kind.journal is not None:
+                if given is None:
+                    raise TypeError("a journal says which case its steps are of: give a case with it, not its problem")
+                opened = kind.journal(pathlib.Path(journal), task, given.to_json(), resume=resume)
+                kept = {"journal": stack.enter_context(opened)}
+            result: Result = solver.solve(task, report=report, **kept)
+        return result if given is None else result.with_case(given.text, given.to_json())
 
 
 def solve(
-    case: Case | Mapping[str, Any] | str | os.PathLike[str] | Task, *, threads: int = 1, report: Report | None = None
+    case: Solvable, *, threads: int = 1, options: SolverOptions | None = None, report: Report | None = None,
+    journal: str | os.PathLike[str] | None = None, resume: bool = False,
 ) -> Result:
     """Solve a case: pressure, tractions, heat and temperatures in the steady state, with and without thermal deformation.
 
@@ -64,15 +80,19 @@ def solve(
     - `case`: a `Case`, the path of a case file, or a mapping of its tables (`{"load": {"normal_N": 65.0, …}, …}`, in the units
       of the keys); or a `Problem` in SI units;
     - `threads`: 1 or more; above 1 both traction components are transformed side by side, with the same result;
+    - `options`: as of `Solver`;
     - `report`: called with the name of a stage and a mapping (grid, iteration, residual, …) during the solve; an exception that
-      it raises ends the solve.
+      it raises ends the solve;
+    - `journal`: a file in which a contact over time keeps each step as soon as it is solved; other kinds keep none;
+    - `resume`: goes on with the steps that the journal of the same case has.
 
     Returns a `Result`; one that did not converge says so in `converged` and `reason`. That of an assembly has `patches`, each a
     `Result`.
 
-    Raises CaseError for an invalid case; ValueError if no steady state can exist or a wheel misses its rail.
+    Raises CaseError for an invalid case; ValueError if no steady state can exist or a wheel misses its rail; OSError if the
+    journal cannot be written, or is one of another case.
     """
-    return Solver(threads).solve(case, report=report)
+    return Solver(threads, options).solve(case, report=report, journal=journal, resume=resume)
 
 
 def conicity(

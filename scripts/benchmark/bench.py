@@ -42,10 +42,10 @@ from scripts.benchmark.cases import (
     seconds,
 )
 from scripts.stress.random_contacts import random_contact
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 ASKED_SEEDS, FIXED = range(100, 112), Numerics((64, 64))
 ASKED_ACCURACIES = (1e-2, 1e-3, 1e-4)

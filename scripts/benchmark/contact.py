@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from scripts.benchmark.cases import FORCES, ROOT, errors, log, problem_of, process, references, seconds
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.python_api import solve
 
 CASES = tuple(f"article_3_1_case_{k}" for k in (1, 2, 3, 5))
 CONTACT_GRIDS = (32, 64, 128, 256)

@@ -16,10 +16,10 @@ from scripts.benchmark.cases import HOT, ROOT, log, problem_of, seconds
 from thermoroll_cli import Case
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import solve_wheelset
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.physics.contact.contact_scales import contact_scales
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import Solver, solve
 from thermoroll_cli.studies.worn.evolution import evolution
 
 PARTLY_SLIDING = 2e-3

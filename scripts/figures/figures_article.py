@@ -42,13 +42,13 @@ from scripts.figures.figures_drawing import (
 )
 from thermoroll_cli import Case, sweep
 from thermoroll_cli.exact.moving_sources import rectangle_maximum, rectangle_temperature, tian_kennedy_maximum
-from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.plots.style import few_ticks
 from thermoroll_cli.problem.problem import Numerics, PecletMode
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import Solver
 
 Folder = pathlib.Path
 

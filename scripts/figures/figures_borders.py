@@ -10,12 +10,12 @@ from matplotlib.lines import Line2D
 
 from scripts.figures.figures_drawing import COUPLED, DASHED, ISOTHERMAL, THIRD, Numbers, diagrams, letter, rounded, write
 from scripts.figures.figures_numerics import REFERENCE_SIDE, SIDES, Folder, against_sides, problem_of
-from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.one_contact.steady_state.scalars import STICK
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import Solver
 
 CASES = tuple(f"article_3_1_case_{k}" for k in (1, 2, 3, 4, 5))
 VARIANTS = (("whole elements", "0.45", DASHED), ("covered fractions", THIRD, "-"),

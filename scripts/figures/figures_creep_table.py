@@ -9,9 +9,9 @@ import numpy as np
 
 from scripts.figures.figures_drawing import COUPLED, DPI, ISOTHERMAL, ROOT, THIRD, Numbers, new_figure, rounded, write
 from thermoroll_cli import Case, CreepForceTable
-from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.plots.style import add_axes, few_ticks
 from thermoroll_cli.problem.problem import Motion, Numerics
+from thermoroll_cli.python_api import Solver
 
 SPINS = ((0.0, ISOTHERMAL), (0.5, THIRD), (1.5, COUPLED))
 """Spin φ' of each curve."""

@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from thermoroll_cli import Case
-from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.plots.maps import border_handles, draw_arrows, draw_map
 from thermoroll_cli.plots.run_frame import TRACTION, RunFrame, frame_of, on_line
 from thermoroll_cli.plots.style import add_axes, few_ticks
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import Solver
 
 Array = NDArray[np.float64]
 Numbers = dict[str, Any]

@@ -28,7 +28,6 @@ from tests.support.errors import relative
 from thermoroll_cli import Case
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact, line_contact
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
-from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
 from thermoroll_cli.physics.halfspace.bodies import Bodies
@@ -38,6 +37,7 @@ from thermoroll_cli.physics.rolling.newton import TangentialProblem
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.physics.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.python_api import Solver
 
 Folder = pathlib.Path
 Rows = list[list[str]]

@@ -21,7 +21,6 @@ from scripts.figures.figures_drawing import (
     write,
 )
 from thermoroll_cli import Case
-from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
 from thermoroll_cli.physics.halfspace.bodies import RelaxingBodies
@@ -29,6 +28,7 @@ from thermoroll_cli.physics.halfspace.relaxing import Memory, Relaxing
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Material, Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import Solver
 
 SPEEDS = np.logspace(-3.0, 4.0, 22)
 SHOWN = (0.03, 10.0, 1e4)

@@ -13,7 +13,7 @@ import math
 
 from scripts.benchmark.cases import COUPLED_SCALARS, FOLDER, HOT, MECHANICAL, SPINNING, log, problem_of
 from scripts.references.estimate_references import extrapolated
-from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.python_api import solve
 
 
 def reference(case: str, grid: int) -> dict[str, float]:

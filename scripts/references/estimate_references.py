@@ -21,11 +21,11 @@ import numpy as np
 from tests.support.problems import ellipse, on_grid
 from thermoroll_cli.one_contact.refinement.error_estimates import EXTRAPOLATED
 from thermoroll_cli.one_contact.refinement.expected_heat import bulge_bound
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 OUTPUT = ROOT / "tests" / "reference" / "estimate_references.json"

@@ -12,7 +12,6 @@ import numpy as np
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_cases import BELOW_LIMIT
 from tests.support.errors import relative
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.physics.contact.shear_coupling import NormalShearCoupling
@@ -21,6 +20,7 @@ from thermoroll_cli.problem.names import known_as
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.python_api import Solver, solve
 
 LOAD = 2e-6
 COULOMB = 2e-4

@@ -15,10 +15,10 @@ import numpy as np
 from scripts.stress.checks import solved
 from scripts.stress.outcome import Outcome, Pair
 from tests.support.errors import relative
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, of_kind
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.python_api import solve
 
 GRIDS, REFERENCE, FINER = (32,), 160, 3
 """Elements per side, and those of the grid that stands for the truth: at least so many, and at least so many times as fine as

@@ -11,9 +11,9 @@ from scripts.stress.checks import differences
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_profiles import random_profile_contact
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.problem.geometry import Profile
 from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.python_api import Solver, solve
 
 SIDE = 32
 SMALLEST, LARGEST = 0.003, 0.1

@@ -138,7 +138,7 @@ def test_a_bug_is_told_as_such(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("by nothing")
 
-    monkeypatch.setattr(run, "solve", broken)
+    monkeypatch.setattr(run.Solver, "solve", broken)
     (tmp_path / "case.toml").write_text(MECHANICAL)
     arguments = ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path)]
     for extra, traced in (([], False), (["-v"], True)):
@@ -159,7 +159,7 @@ def test_too_little_memory_is_no_bug(
     def greedy(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(run, "solve", greedy)
+    monkeypatch.setattr(run.Solver, "solve", greedy)
     (tmp_path / "case.toml").write_text(MECHANICAL)
     assert main(["run", str(tmp_path / "case.toml"), "-o", str(tmp_path)]) == 5
     assert "not enough memory" in capsys.readouterr().err

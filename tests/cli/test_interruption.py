@@ -18,7 +18,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, PATIENCE
 from tests.support.scenes import rolling
-from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.studies.creep_table.build import journal_path
 from thermoroll_cli.tools import process
 from thermoroll_cli.tools.process import Interrupted, safe_point, stoppable

@@ -23,12 +23,11 @@ from tests.support.scenes import CASES, elastic, ellipse, reference, rolling
 from thermoroll_cli import CreepForceTable
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.files.result.labelled import ResultFileError
-from thermoroll_cli.one_contact.refinement.solve import Solver
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Friction, FrictionLaw
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.python_api import solve
+from thermoroll_cli.python_api import Solver, solve
 from thermoroll_cli.studies.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.studies.creep_table.creep_force_table import DEFAULT_TABLE, OutsideTable, fill_holes
 from thermoroll_cli.studies.creep_table.point_solver import EllipseSolver

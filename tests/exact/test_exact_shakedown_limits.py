@@ -9,9 +9,9 @@ import pytest
 
 from tests.support.scenes import strong_circle
 from thermoroll_cli.exact.shakedown_limits import CIRCLE_ELASTIC, CIRCLE_SHAKEDOWN, FRICTION, line_shakedown, line_shear
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.problem import Strength
+from thermoroll_cli.python_api import solve
 
 
 @pytest.mark.parametrize(("friction", "johnson"), [(0.0, 4.0), (0.2, 3.2024), (0.35, 2.7665), (0.4, 2.5)])

@@ -12,7 +12,6 @@ from scipy.signal import fftconvolve
 from scipy.special import k0e
 
 from tests.support.scenes import reference, rolling
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.physics.halfspace.thermal import (
     displacement_table,
     slopes,
@@ -22,6 +21,7 @@ from thermoroll_cli.physics.halfspace.thermal import (
 )
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating
+from thermoroll_cli.python_api import solve
 
 KERNEL = reference("thermal_kernel")["entries"]
 SOURCES = reference("moving_sources")

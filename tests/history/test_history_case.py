@@ -23,7 +23,6 @@ from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.many_contacts.history.course import History
 from thermoroll_cli.many_contacts.history.history_plan import plan_of
-from thermoroll_cli.many_contacts.history.kept_steps import journal_of
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
 from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -319,8 +318,7 @@ def test_a_history_goes_on_with_all_that_it_remembers(
 ) -> None:
     """It is stopped in the middle of its finest grid, and solves none of the kept steps again."""
     case = Case.from_dict(ball(**{**tables, "history": {"steps": 6, **tables.get("history", {})}}))
-    task, solved, stop = case.task, list[Any](), True
-    assert isinstance(task, History)
+    solved, stop = list[Any](), True
     steps = "thermoroll_cli.many_contacts.history.steps"
     monkeypatch.setattr(f"{steps}.fixed_point", lambda *a, **k: solved.append(a) or fixed_point(*a, **k))
 
@@ -329,8 +327,7 @@ def test_a_history_goes_on_with_all_that_it_remembers(
             raise InterruptedError
 
     def run(*, resume: bool) -> Result:
-        with journal_of(tmp_path / "steps.jsonl", task, case.to_json(), resume=resume) as journal:
-            return HistorySolver().solve(task, report=report, journal=journal)
+        return solve(case, report=report, journal=tmp_path / "steps.jsonl", resume=resume)
 
     with pytest.raises(InterruptedError):
         run(resume=False)

@@ -21,7 +21,6 @@ from thermoroll_cli.exact.rolling_cylinders import saturation_creepage
 from thermoroll_cli.many_contacts.history.course import Course, History
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
 from thermoroll_cli.many_contacts.history.steps import Steps
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
@@ -29,6 +28,7 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 STEEL = elastic(0.28)
 LOAD, FRICTION, LENGTH = 3e5, 0.3, 0.01

@@ -18,10 +18,10 @@ from thermoroll_cli.exact.cattaneo_mindlin import cattaneo_mindlin
 from thermoroll_cli.many_contacts.history.course import Begin, Course, History
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.arrays import Array
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "transient_creepages.json").read_text())

@@ -10,7 +10,6 @@ import pytest
 from tests.support.sampling import sampled
 from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, Kinematics
 from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
@@ -19,6 +18,7 @@ from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.physics.rolling.stick_inverse import StickInverse, run_starts
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material
+from thermoroll_cli.python_api import solve
 
 PARITIES = [(1, -1), (-1, 1)]
 COMPLIANCE = ShearCompliance.of((1.0, 0.28), (2.0, 0.4))

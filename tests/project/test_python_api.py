@@ -20,7 +20,6 @@ import thermoroll_cli
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call, environment
 from thermoroll_cli import Case, CaseError, Result, read_result, solve
-from thermoroll_cli.one_contact.refinement.solve import solve as refinement_solve
 from thermoroll_cli.studies.sweeps.points import MOST_POINTS
 
 MECHANICAL_CASE = Case.parse(MECHANICAL)
@@ -117,7 +116,7 @@ def test_without_xarray_it_says_what_to_install(hot: Result, monkeypatch: pytest
 def test_scalars_are_those_that_apply(hot: Result) -> None:
     """Without nan; each with its uncertainty in its own unit, nan where it is given. Inside and outside make the same class."""
     cold = solve(MECHANICAL_CASE)
-    assert type(refinement_solve(MECHANICAL_CASE.problem)) is type(cold) is thermoroll_cli.Result is type(synthetic.result())
+    assert type(solve(MECHANICAL_CASE.problem)) is type(cold) is thermoroll_cli.Result is type(synthetic.result())
     assert not any(math.isnan(value) for value in cold.scalars.values())
     assert "heat_into_lower_W" in hot.scalars and "heat_into_lower_W" not in cold.scalars
     with pytest.raises(KeyError, match=r"no scalar 'heat_into_lower_W'; there are .*Q_F_W"):

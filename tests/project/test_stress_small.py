@@ -16,8 +16,8 @@ from scripts.stress.random_cases import BELOW_LIMIT, StressCase, stress_case
 from scripts.stress.random_profiles import friction_across
 from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.problem import Numerics
+from thermoroll_cli.python_api import solve
 
 CASES, SOLVED = 50, 4
 BEYOND = 18

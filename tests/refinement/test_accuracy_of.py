@@ -12,10 +12,9 @@ import pytest
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from tests.support.errors import relative
 from tests.support.scenes import accurate_to, article_4_1
-from thermoroll_cli import solve as run_dict
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.names import GROUPS, SCALARS, of_contacts
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 
 @cache
@@ -50,7 +49,7 @@ def test_scalars_of_an_assembly_stand_for_those_of_its_contacts() -> None:
 def test_a_strip_that_hardly_sticks_fails_nothing() -> None:
     """Two discs that slide nearly everywhere over an interlayer: the share that sticks is known to a few elements of any grid,
     and nothing depends on it (forces err by less than what it could carry)."""
-    found = run_dict({
+    found = solve({
         "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28},
         "geometry": {"lower_radius_x_mm": 23.5, "lower_radius_y_mm": math.inf, "upper_radius_x_mm": 23.5,
                      "upper_radius_y_mm": 200.0},

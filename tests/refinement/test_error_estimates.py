@@ -19,13 +19,13 @@ from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, STEEL, accurate_to, reference_problem, rolling
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.error_estimates import estimate, missed_accuracy
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 
 def on(problem: Problem, grid: int) -> Result:

@@ -12,9 +12,9 @@ from scripts.stress.populations import POPULATIONS
 from tests.support.errors import relative
 from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, rolling
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Material, Numerics
+from thermoroll_cli.python_api import solve
 
 OUTLIERS = (
     ("coverage of contacts", 7362, 32, 26.0),  # the largest traction at the border of the patch of stick about the pole of spin

@@ -16,7 +16,7 @@ from thermoroll_cli.one_contact.refinement.level import Level
 from thermoroll_cli.one_contact.refinement.neighbours import predicted
 from thermoroll_cli.one_contact.refinement.plan import grid_sequence
 from thermoroll_cli.one_contact.refinement.refine import carried, first_guess
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
+from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
@@ -24,6 +24,7 @@ from thermoroll_cli.one_contact.steady_state.iteration import iterate
 from thermoroll_cli.physics.numerics.grid import Domain
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 CASE = reference_problem("article_3_1_case_5", 32)
 
@@ -128,7 +129,7 @@ def test_a_contact_between_the_elements_of_a_larger_domain_starts_without_heat()
 def test_a_sweep_starts_from_the_previous_problem() -> None:
     """The next problem of a sweep costs less than the same problem alone, and gives the same."""
     first, second = article_4_1(32, speed=150.0), article_4_1(32, speed=155.0)
-    solver = Solver()
+    solver = ContactSolver()
     solver.solve(first)
     warm, alone = solver.solve(second), solve(second)
     for level, cold in zip(warm.work["levels"], alone.work["levels"], strict=True):
@@ -139,7 +140,7 @@ def test_a_sweep_starts_from_the_previous_problem() -> None:
 @pytest.fixture(scope="module")
 def neighbours() -> list[list[Level]]:
     """Levels of the coupled states of two neighbouring problems."""
-    solver, levels = Solver(), []
+    solver, levels = ContactSolver(), []
     for speed in (150.0, 165.0):
         solver.solve(article_4_1(32, speed=speed))
         levels.append(solver.last[1])

@@ -12,7 +12,6 @@ import pytest
 from tests.support.errors import relative
 from tests.support.profiles import CROWN, below
 from tests.support.scenes import STEEL, ellipse, rolling, saturation
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.numerics.grid import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.geometry import Geometry, Profile
@@ -28,6 +27,7 @@ from thermoroll_cli.problem.scalar_errors import (
     together,
     worst,
 )
+from thermoroll_cli.python_api import solve
 
 HOT = rolling(grid=32, creepage=(1e-3, 4e-4), spin=0.2, speed=2.0, heating=Heating(bulk_upper=30.0))
 

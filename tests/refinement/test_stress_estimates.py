@@ -9,9 +9,9 @@ import pytest
 from scripts.stress.populations import POPULATIONS
 from tests.support.errors import relative
 from tests.support.scenes import MECHANICAL, elastic, rolling
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.problem import Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 RANGE = "orthogonal_shear_range_max_lower_MPa"
 

@@ -14,7 +14,6 @@ from tests.support.problems import rolling
 from thermoroll_cli import Case, CaseError, solve
 from thermoroll_cli.many_contacts.history.course import Course, History
 from thermoroll_cli.many_contacts.history.steps import Steps
-from thermoroll_cli.one_contact.refinement.solve import solve as solve_problem
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.rolling import rolling_solver
 from thermoroll_cli.physics.rolling.hardening import Hardening
@@ -34,7 +33,7 @@ def layered(share: float, hardening: float, grid: int = 24, creepage: float = 0.
 
 
 def force(problem: Problem) -> float:
-    result = solve_problem(problem)
+    result = solve(problem)
     assert result.converged, result.reason
     return float(result.coupled.scalars["force_x_N"]) / problem.traction_limit
 

@@ -12,13 +12,14 @@ from tests.support.errors import relative
 from tests.support.scenes import reference
 from thermoroll_cli import Case
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
+from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.rolling.slip_friction import SlipFriction
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 FALLING, WINKLER, SLOPE, BRANCHES = (
     reference(f"friction_{name}") for name in ("falling", "winkler", "layer_slope", "branches"))
@@ -352,7 +353,7 @@ def test_the_falling_branch_may_begin_between_two_points_of_the_curve() -> None:
 def test_a_force_above_the_maximum_is_told_at_bounded_cost() -> None:
     """The reason names the maximum and its creepage; the whole takes less work than fifteen solutions."""
     inputs = BRANCHES["input"]
-    solver, points = Solver(), []
+    solver, points = ContactSolver(), []
     problem = case({**inputs, "force_N": 0.97 * inputs["friction"] * inputs["normal_N"]}, 64)
     result = solver.solve(problem, report=lambda stage, info: points.append(info.get("applications", 0)))
     one = solver.solve(case(inputs, 64))
@@ -363,11 +364,11 @@ def test_a_force_above_the_maximum_is_told_at_bounded_cost() -> None:
 
 
 def test_forces_along_one_creep_curve_share_it() -> None:
-    inputs, solver = BRANCHES["input"], Solver()
+    inputs, solver = BRANCHES["input"], ContactSolver()
     first, second = (case({**inputs, "force_N": share * inputs["friction"] * inputs["normal_N"]}, 32) for share in (0.7, 0.72))
     solver.solve(first)
     followed = len(solver._followed)
-    warm, cold = solver.solve(second), Solver().solve(second)
+    warm, cold = solver.solve(second), ContactSolver().solve(second)
     assert followed >= 10 and len(solver._followed) - followed < followed / 2
     for name in ("creep_force_max_N", "creepage_at_creep_force_max", "creepage_falling_branch"):
         assert warm.of_problem[name] == pytest.approx(cold.of_problem[name], rel=1e-4)

@@ -12,13 +12,13 @@ from scipy.signal import fftconvolve
 from scripts.references.estimate_references import problem_of
 from tests.support.errors import relative
 from tests.support.scenes import STEEL, article_4_1, divided_heats, on_grid, order, reference, rolling, solved
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Motion
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import Solver, solve
 
 HOT = article_4_1(128)
 COLD_STATES = ("pressure", "shear_x", "shear_y", "heat_flux")

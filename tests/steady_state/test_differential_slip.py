@@ -18,7 +18,6 @@ from tests.support.profiles import points
 from tests.support.scenes import MECHANICAL, STEEL, elastic, reference, rolling, solved, spheres
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.halfspace.coatings import Coatings
 from thermoroll_cli.physics.halfspace.layered import difference_compliance, halfspace_compliance
@@ -26,6 +25,7 @@ from thermoroll_cli.physics.rolling import differential_slip as module
 from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Problem, compliance_shares
+from thermoroll_cli.python_api import Solver, solve
 
 REFERENCES = reference("differential_slip")["cases"]
 FORCES = ("force_x_N", "force_y_N")

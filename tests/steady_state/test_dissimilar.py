@@ -15,7 +15,6 @@ from tests.support.scenes import MECHANICAL, STEEL, ellipse, on_grid, order, ref
 from thermoroll_cli.exact import rolling_cylinders, spence
 from thermoroll_cli.exact.hertz import element_averages, line_contact
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.refinement.warnings import tangential_expansion
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, Tolerances
@@ -37,6 +36,7 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import Solver, solve
 
 CASES = ("polymer_lower", "free_rolling", "alu_ceramic_mixed")
 POLYMER, CERAMIC = Material(5e9, 0.4, 0.3, 100e-6, 0.15e-6), Material(310e9, 0.26, 30.0, 3.2e-6, 9.4e-6)

@@ -11,7 +11,7 @@ import pytest
 from scripts.references.estimate_references import SCALARS, has_error, problem_of, scale_of
 from tests.support.errors import relative
 from tests.support.scenes import reference
-from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.python_api import solve
 
 GRIDS = (24, 48)
 

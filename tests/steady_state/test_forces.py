@@ -11,10 +11,10 @@ import pytest
 from tests.support.sampling import sampled
 from tests.support.scenes import CASES, Dimensionless, ellipse, on_grid, reference_problem, rolling, saturation, solved
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Motion, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 N = 48
 

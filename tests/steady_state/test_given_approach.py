@@ -14,12 +14,12 @@ from tests.support.sampling import sampled
 from tests.support.scenes import article_4_1, elastic, rolling
 from thermoroll_cli import Case, CaseError
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.derived import pressed_to
 from thermoroll_cli.physics.numerics.convolution import counted
 from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Layer, Problem
+from thermoroll_cli.python_api import Solver, solve
 
 ELASTIC = rolling(grid=24, creepage=(1e-3, 0.0))
 

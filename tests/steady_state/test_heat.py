@@ -11,13 +11,13 @@ import pytest
 from tests.support.errors import relative
 from tests.support.scenes import STEEL, divided_heats, ellipse, on_grid, order, reference, rolling, saturation, solved
 from thermoroll_cli.exact.moving_sources import ellipse_temperature, rectangle_temperature
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies, peclet_numbers
 from thermoroll_cli.physics.halfspace.thermal import displacement_table, slopes, temperature_slope_table, temperature_table
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.python_api import solve
 
 SOURCES = reference("moving_sources")
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6

@@ -13,7 +13,6 @@ from scipy.integrate import quad
 from tests.support.documents import at_most
 from tests.support.problems import MECHANICAL, elastic
 from thermoroll_cli.exact.hunter import hunter
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.halfspace.coatings import Coatings
 from thermoroll_cli.physics.halfspace.layered import LayeredBody
@@ -24,6 +23,7 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.arrays import Array
 
 DX, COUNT = 0.1, 9

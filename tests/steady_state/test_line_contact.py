@@ -15,7 +15,6 @@ from tests.support.problems import MECHANICAL, elastic
 from thermoroll_cli.exact.hertz import line_contact
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.one_contact.refinement.plan import grid_sequence
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance, coupling_tables, normal_table, shear_tables
@@ -35,6 +34,7 @@ from thermoroll_cli.problem.problem import (
     WornBody,
 )
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 STEEL = elastic(0.28)
 FRICTION, LOAD = 0.3, 3e5

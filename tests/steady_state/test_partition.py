@@ -14,7 +14,6 @@ from tests.support.documents import printed
 from tests.support.errors import relative
 from tests.support.scenes import STEEL, article_4_1, order, rolling, solved
 from thermoroll_cli.exact.moving_sources import band_temperature, circle_mean_temperature, effusivity
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
 from thermoroll_cli.one_contact.steady_state.iteration import DIVISION
@@ -26,6 +25,7 @@ from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material, Motion
+from thermoroll_cli.python_api import solve
 
 K, KAPPA, RADIUS = 50.2, 10e-6, 1e-4
 MATCHED = Heating(partition="matched")

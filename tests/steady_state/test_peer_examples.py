@@ -12,10 +12,10 @@ import pytest
 
 from tests.support.documents import printed
 from tests.support.scenes import MECHANICAL, rolling
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 RAIL = Material(210e9, 0.3, 50.0, 11.7e-6, 50.0 / (450.0 * 7850.0))
 WHEEL_ON_RAIL = Geometry(math.inf, 0.3, 0.5, -0.4)

@@ -25,11 +25,11 @@ from tests.support.scenes import (
     solved,
 )
 from thermoroll_cli.one_contact.refinement.plan import COARSEST, grid_sequence, make_plan
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.names import FIELDS, SCALARS
 from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
+from thermoroll_cli.python_api import Solver, solve
 
 PHYSICAL = [
     "Q_F_W", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K",

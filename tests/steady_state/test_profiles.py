@@ -16,7 +16,6 @@ from tests.support.sampling import sampled
 from tests.support.scenes import STEEL, elastic, on_grid, order, rolling, solved
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, Kinematics
 from thermoroll_cli.physics.contact.contact_scales import contact_scales
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
@@ -24,6 +23,7 @@ from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.python_api import Solver, solve
 
 MODULUS = 210e9 / (2.0 * (1.0 - 0.3**2))
 ARC = below(points(lambda y: -(y**2) / (2.0 * 40.0), -4.0, 4.0, 41), 0.02)

@@ -10,7 +10,6 @@ from scripts.figures.figures_recirculation import CASES
 from tests.support.sampling import sampled
 from tests.support.scenes import rolling, solved, twin_disc, wheel_on_rail
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state import heated_bodies
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import rollers
@@ -18,6 +17,7 @@ from thermoroll_cli.physics.heat.recirculation import Track
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, ReturningTrack
+from thermoroll_cli.python_api import solve
 
 
 def test_wheel_on_rail():

@@ -11,8 +11,8 @@ from tests.support.errors import relative
 from tests.support.profiles import below, points
 from tests.support.scenes import rolling
 from thermoroll_cli.one_contact.refinement.sharp_places import PEAKS
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.problem.geometry import Geometry, Profile
+from thermoroll_cli.python_api import solve
 
 ROOF = Profile(points=((-3e-3, -3e-5), (0.0, 0.0), (3e-3, -3e-5)), interpolation="linear")
 

@@ -12,7 +12,6 @@ from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rollin
 from thermoroll_cli.one_contact.refinement.expected_heat import bulge_bound, deformation_effect
 from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.one_contact.refinement.refine import first_guess
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, Tolerances
 from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
@@ -26,6 +25,7 @@ from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.arrays import Array
 
 CREEPAGE = (0.0016, 0.0004)

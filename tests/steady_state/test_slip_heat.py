@@ -14,12 +14,12 @@ from tests.support.scenes import elastic, order
 from tests.support.strips import CYLINDERS, carter_row, solve_cell
 from thermoroll_cli.exact.rolling_cylinders import CarterContact, carter, saturation_creepage
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.halfspace.thermal import slopes
 from thermoroll_cli.physics.numerics.grid import peak_value
 from thermoroll_cli.physics.rolling.slip_heat import heat_of_slip
 from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.arrays import Array
 
 G = elastic(0.28).shear_modulus

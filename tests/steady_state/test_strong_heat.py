@@ -13,11 +13,11 @@ from tests.support.errors import relative
 from tests.support.scenes import STEEL, article_4_1, reference, rolling, solved
 from thermoroll_cli import Case
 from thermoroll_cli.exact.heated_sphere import heated_sphere
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.python_api import Solver, solve
 
 CASE = Case.read(Path(__file__).parents[2] / "cases" / "article_4_1.toml")
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}

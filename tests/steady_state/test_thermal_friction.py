@@ -16,13 +16,13 @@ from tests.support.command_line import MECHANICAL, THERMAL, call
 from tests.support.scenes import article_4_1, on_grid, order, reference, rolling, saturation, solved
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import Solver, solve
 from thermoroll_cli.physics.halfspace.thermal import temperature_table
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction, Interlayer
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import Solver, solve
 
 K = 50.2
 AT_REST = Heating(peclet="stationary", deformation=False)

@@ -10,11 +10,11 @@ from tests.support.cases import parse
 from tests.support.command_line import THERMAL
 from tests.support.scenes import article_4_1, rolling
 from thermoroll_cli import Case
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.doubts import warnings_before
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Heating, ReturningTrack
+from thermoroll_cli.python_api import solve
 
 COATED = THERMAL.replace("[geometry]", """
 [[material.upper.layers]]

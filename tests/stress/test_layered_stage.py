@@ -17,7 +17,6 @@ from tests.support.errors import relative
 from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.refinement.subsurface_plan import usual_depths, with_interfaces
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.stress.body_stresses import peak_of
@@ -27,6 +26,7 @@ from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.names import BOND_SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result, within_layers
+from thermoroll_cli.python_api import solve
 
 ROOT = Path(__file__).parents[2]
 STEEL = elastic(0.3)

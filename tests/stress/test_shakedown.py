@@ -16,11 +16,11 @@ from tests.support.errors import relative
 from tests.support.scenes import strong_circle
 from thermoroll_cli import read_result
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.physics.stress.smallest_ball import smallest_balls
 from thermoroll_cli.physics.stress.strength import deviator, largest_over_depth, line_fatigue, shakedown_at_depth, tresca_shear
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Numerics, Strength, SubsurfaceRequest
+from thermoroll_cli.python_api import solve
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "life_shakedown_fatigue.json").read_text())
 CASES = Path(__file__).parents[2] / "cases"

@@ -16,12 +16,12 @@ from tests.support.interpolation import at_point
 from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling, spheres
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.physics.stress.strength import von_mises
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.names import BOND_SCALARS, STRENGTH_SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Heating, Material, Numerics, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.python_api import solve
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CONTACT = json.loads((REFERENCE / "subsurface_elastic.json").read_text())["cases"]

@@ -24,7 +24,6 @@ from tests.support.problems import (
     spheres,
     spin_ellipse,
 )
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatResponse
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
@@ -39,6 +38,7 @@ from thermoroll_cli.problem.problem import (
     SubsurfaceRequest,
 )
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
 
 __all__ = [
     "CASES", "MECHANICAL", "REFERENCE", "STEEL", "Dimensionless", "Saturation", "accurate_to", "article_4_1", "divided_heats",

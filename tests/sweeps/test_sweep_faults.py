@@ -25,7 +25,7 @@ from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, c
 from tests.support.sampling import sampled
 from tests.support.tasks import DeadlyTask, SlowDiskTask
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.studies.sweeps.points import Points, parse_axes
 from thermoroll_cli.studies.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Batch, Pending
 from thermoroll_cli.tools import atomic
@@ -84,15 +84,15 @@ def test_a_point_without_a_steady_state_is_a_row(tmp_path: Path, folder: Path) -
 def test_an_exception_is_a_row_and_is_tried_again(
     cause: Exception, reason: str, case: Path, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    good = Solver.solve
+    good = ContactSolver.solve
 
-    def bad_at_one(self: Solver, problem: Any, **options: Any) -> Any:
+    def bad_at_one(self: ContactSolver, problem: Any, **options: Any) -> Any:
         if problem.motion.creepage_x == 0.0015:
             raise cause
         return good(self, problem, **options)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Solver, "solve", bad_at_one)
+        patch.setattr(ContactSolver, "solve", bad_at_one)
         done = call("sweep", case, *OVER, "-o", folder)
     assert done.returncode == 4
     assert "2 of 3 points converged" in done.stdout
@@ -106,16 +106,16 @@ def test_an_exception_is_a_row_and_is_tried_again(
 
 def test_a_bad_start_is_no_reason_to_fail(case: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A point that fails from its neighbour's state is solved as `run` would solve it."""
-    good = Solver._attempt
+    good = ContactSolver._attempt
     calls: Counter[str] = Counter()
 
-    def bad_when_warm(self: Solver, *given: Any) -> Any:
+    def bad_when_warm(self: ContactSolver, *given: Any) -> Any:
         warm = bool(self.last[0])
         calls["warm" if warm else "cold"] += 1
         result = good(self, *given)
         return replace(result, converged=False, reason="lost") if warm else result
 
-    monkeypatch.setattr(Solver, "_attempt", bad_when_warm)
+    monkeypatch.setattr(ContactSolver, "_attempt", bad_when_warm)
     assert call("sweep", case, *OVER, "-o", folder).returncode == 0
     assert calls == {"cold": 3, "warm": 2}
 

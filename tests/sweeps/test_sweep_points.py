@@ -15,7 +15,7 @@ from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.one_contact.refinement.plan import leaves_out_deformation
-from thermoroll_cli.one_contact.refinement.solve import solve
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.studies.sweeps import table_picture
 from thermoroll_cli.studies.sweeps.points import LARGEST_BATCH, Axis, Points, key_of, parse_axes, read_points
 

@@ -13,7 +13,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.cli.tables import FAILED, wrapped
-from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.problem.scalar_errors import with_error, worth_showing
 
 HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'
@@ -157,13 +157,13 @@ def test_peaks_without_a_limit_are_told_in_every_form(tmp_path: Path) -> None:
 
 
 def test_each_kind_of_warning_is_shown_once(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    good = Solver.solve
+    good = ContactSolver.solve
 
-    def warned(self: Solver, problem: Any, **options: Any) -> Any:
+    def warned(self: ContactSolver, problem: Any, **options: Any) -> Any:
         hot = (f"{40 * problem.normal_force:g} K is hot",) if problem.normal_force > 50.0 else ()
         return replace(good(self, problem, **options), warnings=(*hot, "flat") if problem.normal_force > 70.0 else hot)
 
-    monkeypatch.setattr(Solver, "solve", warned)
+    monkeypatch.setattr(ContactSolver, "solve", warned)
     for only in ((), ("--scalars-only",)):
         done = call("sweep", case, "--over", "load.normal_N=40,60,80", "-o", tmp_path / "out", "--no-plots", *only)
         warnings = [line.strip() for line in done.stdout.splitlines() if "warning: " in line]

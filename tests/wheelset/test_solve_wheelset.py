@@ -25,7 +25,6 @@ from thermoroll_cli.many_contacts.wheelset.patch_surface import section
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import WheelsetSolver, solve_wheelset
-from thermoroll_cli.one_contact.refinement.solve import solve as solve_problem
 from thermoroll_cli.physics.contact.contact_scales import contact_scales
 from thermoroll_cli.physics.numerics.convolution import counted
 from thermoroll_cli.plots.wheelset_figures import patches_figure
@@ -354,7 +353,7 @@ def test_a_wheel_costs_little_more_than_its_patches(shift, first, following):
     solver = WheelsetSolver()
     whole, result = transforms(lambda: solver.solve(here))
     after, moved = transforms(lambda: solver.solve(there))
-    alone, _ = transforms(lambda: [solve_problem(patch.problem) for patch in result.patches])
+    alone, _ = transforms(lambda: [solve(patch.problem) for patch in result.patches])
     assert result.converged and moved.converged and len(result.patches) == (2 if shift == 5.0 else 1)
     assert whole <= first * alone and after <= following * alone
 

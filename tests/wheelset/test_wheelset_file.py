@@ -17,8 +17,7 @@ import xarray
 
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT
-from thermoroll_cli import Case, Solver, read_result, solve
-from thermoroll_cli.cli import run
+from thermoroll_cli import Case, Solver, read_result
 from thermoroll_cli.problem.names import TOGETHER
 from thermoroll_cli.problem.result import Result
 
@@ -42,7 +41,8 @@ def folder(solved: list[Result], tmp_path_factory: pytest.TempPathFactory) -> Pa
     """With m.toml, its results, and what `run` has printed."""
     folder = tmp_path_factory.mktemp("wheelset")
     (folder / "m.toml").write_text(CASE.to_toml())
-    with mock.patch.object(run, "solve", lambda *task, **how: solved.append(solve(*task, **how)) or solved[-1]):
+    by_run = Solver.solve
+    with mock.patch.object(Solver, "solve", lambda *task, **how: solved.append(by_run(*task, **how)) or solved[-1]):
         done = call("run", "m.toml", "--no-plots", cwd=folder)
     assert done.returncode == 0, done.stderr
     (folder / "printed").write_text(done.stdout, encoding="utf-8")

@@ -20,12 +20,12 @@ from thermoroll_cli import Case, CaseError, wear
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.solve import solve
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.scalars import worn_per_passage
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, Wear, WornBody
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.studies.worn import evolution as module
 from thermoroll_cli.studies.worn.evolution import ContactState, evolution, half_width, line_load
 from thermoroll_cli.studies.worn.rows import FixedRows

@@ -60,18 +60,19 @@ class Bar:
 class Progress(Bar):
     """Shows the reports of one solve on standard error. Use as `with progress: solve(..., report=progress)`.
 
-    On a terminal one line shows the latest report and the time left; `steps` are the reports to be expected (asked for only
-    there), `at_most` says that there may be fewer. Elsewhere there is a line whenever stage or grid change, and with `verbose`
+    On a terminal one line shows the latest report and the time left; `expected` gives the reports to be expected, and whether
+    there may be fewer (asked for only there). Elsewhere there is a line whenever stage or grid change, and with `verbose`
     one for every report. `quiet` shows nothing.
     """
 
-    def __init__(self, title: str, *, quiet: bool = False, verbose: bool = False, steps: Callable[[], Sequence[Step]] = tuple,
-                 at_most: bool = False) -> None:  # fmt: skip
+    def __init__(self, title: str, *, quiet: bool = False, verbose: bool = False,
+                 expected: Callable[[], tuple[Sequence[Step], bool]] = lambda: ((), False)) -> None:  # fmt: skip
         super().__init__(title, 0.0, quiet=quiet, verbose=verbose)
         self._title, self._quiet, self._verbose = title, quiet, verbose
-        self._bound = "at most about " if at_most else "about "
+        steps, fewer = expected() if self.live else ((), False)
+        self._bound = "at most about " if fewer else "about "
         self._last: tuple[Any, ...] = ()
-        self._expected = Counter(steps() if self.live else ())
+        self._expected = Counter(steps)
         self._total, self._done = sum(_operations(step) * count for step, count in self._expected.items()), 0.0
 
     def __call__(self, stage: str, info: Mapping[str, Any]) -> None:

@@ -22,12 +22,11 @@ from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
 from thermoroll_cli.one_contact.refinement.plan import COARSEST
-from thermoroll_cli.problem.kinds import kind_of
 from thermoroll_cli.problem.limits import Limit, not_there
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
-from thermoroll_cli.python_api import solve
+from thermoroll_cli.python_api import Solver
 from thermoroll_cli.tools.atomic import write_bytes
 from thermoroll_cli.tools.process import Interrupted
 
@@ -118,34 +117,30 @@ def _alone(case: Case, codes: list[int], *, as_json: bool) -> Iterator[None]:
 
 def _solved(case: Case, to: Ending, *, resume: bool, threads: int, verbose: bool) -> Result:
     """The result of a case, reported as it is solved. What was solved until a user interrupts it is kept."""
-    task = case.task
-    kind, so_far = kind_of(task), list[Callable[[], Result]]()
+    kind, so_far = case.settings.kind, list[Callable[[], Result]]()
 
-    def known_steps() -> Sequence[Any]:
-        return () if (planned := kind.plan(task)) is None else planned.steps
+    def expected() -> tuple[Sequence[Any], bool]:
+        planned = kind.plan(task := case.task)
+        return () if planned is None else planned.steps, task.contact.numerics.accuracy is not None
 
-    progress = Progress(case.name, quiet=to.quiet, verbose=verbose, steps=known_steps,
-                        at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
+    progress = Progress(case.name, quiet=to.quiet, verbose=verbose, expected=expected)
 
     def report(stage: str, info: Mapping[str, Any]) -> None:
         if "so_far" in info:
             so_far[:] = [info["so_far"]]
         progress(stage, {name: value for name, value in info.items() if name != "so_far"})
 
-    journal = None
+    if resume and kind.not_resumed:
+        streams.note(f"thermoroll: {case.name}: {kind.not_resumed}")
     try:
-        with progress, kind.journal(_steps(case, to.folder), task, case.to_json(), resume=resume) as journal:
-            if resume and kind.not_resumed:
-                streams.note(f"thermoroll: {case.name}: {kind.not_resumed}")
-            result: Result = solve(task, threads=threads, report=report) if journal is None else (
-                kind.solver(threads, None).solve(task, report=report, journal=journal))
-            return result.with_case(case.text, case.to_json())
+        with progress:
+            return Solver(threads).solve(case, report=report, journal=_steps(case, to.folder), resume=resume)
     except Interrupted:
         if so_far:
             kept = _write_history(so_far[0]().with_case(case.text, case.to_json()), to.folder, case.name)
             streams.note(f"thermoroll: {case.name}: interrupted; the rows up to here are in {', '.join(map(str, kept))}; "
                          "--resume goes on")
-        elif journal is not None:
+        elif kind.journal is not None:
             streams.note(f"thermoroll: {case.name}: interrupted in its coarse steps; --resume goes on")
         raise
 

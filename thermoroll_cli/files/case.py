@@ -17,7 +17,6 @@ import tomli_w
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
-from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_source import (
     CaseSource,
     Override,
@@ -48,13 +47,15 @@ class Case:
     - `name`: begins the names of its result files;
     - `text`: the TOML text that it comes from;
     - `settings`: the tables of the case file in the units of their keys, with all defaults filled in;
-    - `readings`: how the profiles that the text names as files were read, by the keys of their tables.
+    - `readings`: how the profiles that the text names as files were read, by the keys of their tables;
+    - `described`: the problem of one contact in SI units; of an assembly what its contacts have in common.
     """
 
     name: str = field(compare=False)
     text: str = field(compare=False)
     settings: model.Settings
-    readings: Mapping[str, Reading | FromFile] = field(default_factory=dict, compare=False)
+    readings: Mapping[str, Reading | FromFile] = field(compare=False)
+    described: si.Problem = field(compare=False)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:
@@ -153,11 +154,11 @@ class Case:
         overrides = [Override(key_path(key), _plain(value), f"{key}={value}", "with_values") for key, value in values.items()]
         apply_overrides(content, overrides)
         source = CaseSource(self.name, self.text, content, tuple(overrides), located=False)
-        settings, read = validate(source)
+        settings, read, described = validate(source)
         kept = {key: reading for key, reading in self.readings.items()
                 if not {f"{key}.points_mm", key.removesuffix("_file")} & {*values}
                 and not any(key.startswith(f"{changed}.") for changed in values)}
-        return replace(self, settings=settings, readings={**kept, **read})
+        return replace(self, settings=settings, readings={**kept, **read}, described=described)
 
     @property
     def plots(self) -> str:
@@ -169,12 +170,13 @@ class Case:
     def problem(self) -> si.Problem:
         """The problem of one contact in SI units. Raises Unsolvable for an assembly, which has several: see `task`."""
         self.settings.kind.check_one_contact()
-        return problem_of(self.settings)
+        return self.described
 
     @property
     def task(self) -> Task:
-        """The problem in SI units, of any kind: one contact, a wheelset, a ball bearing, …"""
-        task: Task = self.settings.kind.task(self.settings, problem_of(self.settings))
+        """The problem in SI units, of any kind: one contact, a wheelset, a ball bearing, … A result file that a history begins
+        with is read now."""
+        task: Task = self.settings.kind.task(self.settings, self.described)
         return task
 
     @property

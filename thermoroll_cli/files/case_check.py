@@ -28,12 +28,21 @@ from thermoroll_cli.files.case_wheelset import OutlineTable
 from thermoroll_cli.files.column_files import FromFile, read_history, read_positions, read_series
 from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
 from thermoroll_cli.files.spellings import factor_of, meant, unit_in
-from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.derived import derived_of
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import Kind, every_kind, kind_in
 from thermoroll_cli.problem.names import unit_of
-from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
+from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY, Problem
+
+
+class Checked(NamedTuple):
+    """What is known of a valid case: its `settings`, the `readings` of its files by the keys of their tables, and the `problem`
+    that it describes of one contact."""
+
+    settings: Settings
+    readings: dict[str, Reading | FromFile]
+    problem: Problem
 
 
 class Source(NamedTuple):
@@ -77,11 +86,12 @@ _MESSAGES = {
 """Kinds of pydantic's errors, in our words."""
 
 
-def validate(source: CaseSource) -> tuple[Settings, dict[str, Reading | FromFile]]:
-    """The settings of a case with all defaults filled in, and by the keys of their tables the profiles that were read from
-    files. Raises CaseError with all errors of the case."""
+def validate(source: CaseSource) -> Checked:
+    """The settings of a case with all defaults filled in, and what follows from them. Raises CaseError with all errors of the
+    case."""
     checker = _Checker(source)
-    return checker.settings(), checker.readings
+    settings = checker.settings()
+    return Checked(settings, checker.readings, checker.problem(settings))
 
 
 class _Checker:
@@ -131,18 +141,23 @@ class _Checker:
             if getattr(creepage, way) is None and not given:
                 creepage = creepage.model_copy(update={way: 0.0})
         # Every part of it has been checked.
-        settings = Settings.model_construct(title=self.content.get("title", ""), **sections | {"creepage": creepage})
+        return Settings.model_construct(title=self.content.get("title", ""), **sections | {"creepage": creepage})
+
+    def problem(self, settings: Settings) -> Problem:
+        """The problem that valid settings describe. Raises CaseError with every reason against it."""
+        reasons = list[Unsolvable]()
         try:
-            reasons = [*reasons_against(DerivedQuantities(problem_of(settings)))]
+            problem = problem_of(settings)
+            reasons += reasons_against(derived_of(problem))
         except Unsolvable as cause:  # there is no problem to ask
-            reasons = [cause]
+            reasons.append(cause)
         for reason in reasons:
             path = key_path(reason.other)
             # The constants of one body, or of both.
             line = self.source.line_of(path) or self.source.line_of(tuple(part for part in path if part not in BODIES))
             self._note(key_path(reason.key), str(reason) + line, allowed=reason.allowed)
         self._raise()
-        return settings
+        return problem
 
     def _exclusive(self) -> None:
         for first, second, allowed in EXCLUSIVE:
@@ -172,7 +187,7 @@ class _Checker:
         for number, values in extremes(history).items():
             place = f"{self.source.name}: history.values, number {number + 1}"
             content = dict(self.content)
-            tables = {key.partition(".")[0] for key in values}
+            tables = dict.fromkeys(key.partition(".")[0] for key in values)
             content |= {table: dict(content.get(table, {})) for table in tables}
             for key, value in values.items():
                 table, _, name = key.partition(".")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -17,7 +16,7 @@ class Contact(Kind):
     needs = ("geometry",)
     one_of: Mapping[str, tuple[str, ...]] = {"load": LOADS}
     follows = ()
-    solver = At("one_contact.refinement.solve.Solver")
+    solver = At("one_contact.refinement.solve.ContactSolver")
     plan = At("one_contact.refinement.plan.make_plan")
 
     def asked_for(self, tables: Collection[str]) -> bool:
@@ -34,10 +33,10 @@ class Contact(Kind):
 
     def warnings(self, task: Any) -> Iterable[str]:
         from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
-        from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+        from thermoroll_cli.one_contact.steady_state.derived import derived_of
         from thermoroll_cli.one_contact.steady_state.doubts import warnings_before
 
-        derived = DerivedQuantities(task)
+        derived = derived_of(task)
         return *warnings_before(derived), *expected_temperature_warning(derived)
 
     def known(self, task: Any) -> tuple[Planned | None, Mapping[str, float], list[str]]:
@@ -54,6 +53,7 @@ class ContactOverTime(Contact):
     solver = At("many_contacts.history.solve.HistorySolver")
     warnings = At("many_contacts.history.history_plan.warnings_of")
     plan = At("many_contacts.history.history_plan.plan_of")
+    journal = At("many_contacts.history.kept_steps.journal_of")
 
     def asked_for(self, tables: Collection[str]) -> bool:
         return "history" in tables
@@ -74,11 +74,6 @@ class ContactOverTime(Contact):
         plan = self.plan(task)
         facts = Contact().known(task.largest)[1]
         return plan, {name: value for name, value in facts.items() if value == value}, [*self.warnings(task)]
-
-    def journal(self, path: Any, task: Any, case: str, *, resume: bool) -> contextlib.AbstractContextManager[Any]:
-        from thermoroll_cli.many_contacts.history.kept_steps import journal_of
-
-        return journal_of(path, task, case, resume=resume)
 
 
 KINDS = (ContactOverTime(), Contact())

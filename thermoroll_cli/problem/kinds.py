@@ -3,7 +3,6 @@ time. What is particular to a kind stands in its module of `thermoroll_cli.kinds
 
 from __future__ import annotations
 
-import contextlib
 import importlib
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -85,6 +84,7 @@ class Kind:
     - `solver(threads, options)`: an object whose `solve(task, report=…)` returns results, each begun from those before;
     - `warnings(task)`: those that need no solution; `facts(task)`: numbers known before, in the units of their names;
     - `plan(task)`: what solving takes (`Planned`), None if that is not known;
+    - `journal(path, task, case, resume=…)`: the file in which its solver keeps steps, of a case as JSON; None: it keeps none;
     - `not_resumed`: why a run begins anew where it could be expected to go on.
 
     Of a result:
@@ -112,6 +112,7 @@ class Kind:
     warnings: Any = staticmethod(lambda task: ())
     facts: Any = staticmethod(lambda task: {})
     plan: Any = staticmethod(lambda task: None)
+    journal: Any = None
     not_resumed = ""
     contact_name = ""
     contact_begins: tuple[str, ...] = ()
@@ -158,10 +159,6 @@ class Kind:
     def known(self, task: Any) -> tuple[Planned | None, Mapping[str, float], list[str]]:
         """Plan, facts and all warnings before solving."""
         return self.plan(task), self.facts(task), list(self.warnings(task))
-
-    def journal(self, path: Any, task: Any, case: str, *, resume: bool) -> contextlib.AbstractContextManager[Any]:
-        """The journal at `path` in which a solver keeps its steps, or None."""
-        return contextlib.nullcontext()
 
     @cached_property
     def contact_keys(self) -> tuple[str, ...]:

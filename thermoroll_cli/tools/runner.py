@@ -35,7 +35,7 @@ Item = tuple[Record, Mapping[str, bytes]]
 """A record for the journal, and the contents of its files by their names."""
 
 
-class Task(Protocol):
+class Work(Protocol):
     """Work for one process: items that have no record yet. Plain enough to be sent there."""
 
     @property
@@ -88,7 +88,7 @@ def check_main_guard() -> None:
         raise RuntimeError('several processes import this script: put its work behind if __name__ == "__main__":')
 
 
-def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callable[[str], None]) -> Generator[str]:
+def run(tasks: Iterable[Work], journal: Journal, workers: Workers, note: Callable[[str], None]) -> Generator[str]:
     """Work off `tasks`, keep every item in `journal` as soon as it is done, and yield its key.
 
     Processes write into the journal themselves, so finished tasks are kept whatever happens to this one. Close the
@@ -116,11 +116,11 @@ def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callabl
 
 
 def _run_elsewhere(
-    tasks: Iterator[Task], journal: Journal, workers: _Machine | _Cluster, note: Callable[[str], None]
+    tasks: Iterator[Work], journal: Journal, workers: _Machine | _Cluster, note: Callable[[str], None]
 ) -> Iterator[str]:
-    suspects: deque[Task] = deque()
+    suspects: deque[Work] = deque()
     deaths: Counter[str] = Counter()
-    running: dict[Future[list[Item]], Task] = {}
+    running: dict[Future[list[Item]], Work] = {}
     alone = False
     while True:
         if not running:
@@ -197,7 +197,7 @@ class _Machine:
     def __init__(self, jobs: int, path: pathlib.Path) -> None:
         self.places, self._path, self._processes = jobs, path, Processes(jobs)
 
-    def submit(self, task: Task) -> Future[list[Item]]:
+    def submit(self, task: Work) -> Future[list[Item]]:
         return self._processes.submit(_work_off, task, self._path)
 
     def check(self) -> None:
@@ -207,7 +207,7 @@ class _Machine:
     def result(future: Future[list[Item]]) -> list[Item]:
         return future.result()
 
-    def renewed(self, running: dict[Future[list[Item]], Task]) -> list[Task]:
+    def renewed(self, running: dict[Future[list[Item]], Work]) -> list[Work]:
         """Start new processes; the tasks that broke with the old ones."""
         broken = list(running.values())
         running.clear()
@@ -260,7 +260,7 @@ def _end() -> None:
         os._exit(1)
 
 
-def _work_off(task: Task, path: pathlib.Path) -> list[Item]:
+def _work_off(task: Work, path: pathlib.Path) -> list[Item]:
     """Runs in a process of this machine. Nothing is returned: everything is in the journal."""
     try:
         for record, content in task.items():
@@ -316,7 +316,7 @@ class _Cluster:
             raise OSError(f"the Dask cluster at {self._address} had no worker for {self._patience:g} s; "
                           "--dask-wait waits longer")
 
-    def submit(self, task: Task) -> Future[list[Item]]:
+    def submit(self, task: Work) -> Future[list[Item]]:
         future: Future[list[Item]] = self._executor.submit(_collect, task)
         return future
 
@@ -327,7 +327,7 @@ class _Cluster:
             raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
 
     @staticmethod
-    def renewed(running: dict[Future[list[Item]], Task]) -> list[Task]:
+    def renewed(running: dict[Future[list[Item]], Work]) -> list[Work]:
         return []
 
     def __enter__(self) -> Self:
@@ -349,6 +349,6 @@ class _Cluster:
             logger.disabled = not wanted
 
 
-def _collect(task: Task) -> list[Item]:
+def _collect(task: Work) -> list[Item]:
     """Runs on a cluster."""
     return list(task.items())

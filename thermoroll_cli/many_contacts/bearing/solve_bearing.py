@@ -26,7 +26,7 @@ import numpy as np
 
 from thermoroll_cli.many_contacts.bearing.bearing_problem import RINGS, BearingProblem, RingName
 from thermoroll_cli.many_contacts.bearing.placement import Placement, place
-from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Motion, Numerics, Problem
@@ -96,7 +96,7 @@ class Ball:
     angles: Array = field(default_factory=lambda: np.zeros(2))
     contacts: dict[RingName, SolvedContact] = field(default_factory=dict)
     slopes: dict[RingName, Array] = field(default_factory=dict)
-    solvers: dict[RingName, Solver] = field(default_factory=dict)
+    solvers: dict[RingName, ContactSolver] = field(default_factory=dict)
     loaded: bool = False
     integrals: dict[RingName, dict[str, float]] = field(default_factory=dict)
 
@@ -199,7 +199,7 @@ class BearingSearch:
             # Contacts only say here that the ball begins with them: the first round solves them at its own motion.
             ball.slopes, ball.contacts = dict(was.slopes), dict(was.contacts)
             for ring in RINGS:
-                ball.solvers[ring] = Solver(self.threads)
+                ball.solvers[ring] = ContactSolver(self.threads)
                 ball.solvers[ring].last = was.solvers[ring].last
             where, share = list(ball.members), self.limit(ball) / before.limit(was)
             self.on_balls[where], self.on_ring[where] = (share * of[was.members[0]] for of in (before.on_balls, before.on_ring))
@@ -268,7 +268,7 @@ class BearingSearch:
 
     def _contact(self, ball: Ball, ring: RingName, problem: Problem) -> SolvedContact:
         try:
-            result = ball.solvers.setdefault(ring, Solver(self.threads)).solve(problem)
+            result = ball.solvers.setdefault(ring, ContactSolver(self.threads)).solve(problem)
         except Unsolvable as cause:
             name = f"the {ring} contact of ball {ball.members[0] + 1}, of {problem.normal_force:.4g} N"
             raise Unsolvable(f"{name}, cannot be solved: {cause}", "bearing.load",
@@ -566,7 +566,7 @@ class BearingSearch:
         ball.motion = 0.5 * (inner + outer) + before.motion - 0.5 * (its[0] + its[1])
         ball.slopes = dict(before.slopes)
         for ring in RINGS:
-            ball.solvers[ring] = Solver(self.threads)
+            ball.solvers[ring] = ContactSolver(self.threads)
             ball.solvers[ring].last = before.solvers[ring].last
         self._solve(ball, contact)
 

@@ -18,7 +18,8 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.surface import Heights
 from thermoroll_cli.tools.arrays import Array
 
-Begin = Literal["steady", "pressed"] | Result
+Beginning = Literal["steady", "pressed"]
+Begin = Beginning | Result
 SPEED = "rolling.speed_m_s"
 SHIFTS = "shift.longitudinal_um", "shift.lateral_um"
 

@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thermoroll_cli.many_contacts.history.course import Begin, History, When
+from thermoroll_cli.many_contacts.history.course import Beginning, History, When
 from thermoroll_cli.many_contacts.history.kept_steps import NOTHING_KEPT, KeptSteps
 from thermoroll_cli.one_contact.refinement.refine import first_guess
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
@@ -141,13 +141,13 @@ class Stepper:
     # --- the beginning -----------------------------------------------------------------------------------------------
 
     def begin(
-        self, problem: Problem, begin: Begin, moved: tuple[Place, Place] = UNMOVED
+        self, problem: Problem, begin: Beginning | State, moved: tuple[Place, Place] = UNMOVED
     ) -> tuple[Discretisation, SteadyState]:
-        """The state of `problem` to begin with: the steady one, or tractions that are given. Surfaces stand where the bodies
-        have `moved`; in a steady state they stay there."""
+        """The state of `problem` to begin with: the steady one, one without tractions, or one with those of a state. Surfaces
+        stand where the bodies have `moved`; in a steady state they stay there."""
         problem = self._with_surfaces(problem, moved)
         here, tolerances = self.base.under(DerivedQuantities(problem)), self.base.options.tolerances
-        mirror = None if isinstance(begin, Result) else here.derived.kinematics.mirror_on(
+        mirror = None if isinstance(begin, State) else here.derived.kinematics.mirror_on(
             here.grid.ny, heated=problem.friction_varies or self.hot)
         # Displacements are needed wherever a later contact may be.
         here.traction.window_around(np.ones(here.grid.shape, dtype=bool), mirror)
@@ -166,11 +166,11 @@ class Stepper:
             traction, nothing, normal.contact, (0.0, 0.0), nothing[0], nothing[0], 0.0, hardening=hardening))
         return here, SteadyState(contact, 0, 0.0, True, 0, 0, 0, False, ())
 
-    def _carried(self, result: Result, here: Discretisation, pressure: Array) -> tuple[Array, Array]:
-        """Tractions of a result on this grid, (2, nx, ny) in Pa, and by how much the yield stress of its interlayer has grown.
+    def _carried(self, state: State, here: Discretisation, pressure: Array) -> tuple[Array, Array]:
+        """Tractions of a state on this grid, (2, nx, ny) in Pa, and by how much the yield stress of its interlayer has grown.
         Raises Unsolvable for those of a contact of another kind."""
         sizes = [(len(places), len(places) * float(places[1] - places[0]), float(places.mean()))
-                 for places in (result.x, result.y) if places.size]
+                 for places in (state.x, state.y) if places.size]
         line = len(sizes) == 1
         if line != here.derived.problem.line:
             raise Unsolvable("the state to begin with is " + ("one" if line else "not one") + " of a line contact",
@@ -178,7 +178,7 @@ class Stepper:
         (nx, length, centre_x), (ny, width, centre) = (*sizes, (1, math.inf, 0.0))[:2]
         source = Grid(nx, 1, length / nx, math.inf, 0.0, centre_x) if line else Grid.over(
             (nx, ny), length, width, centre, centre_x)
-        fields = {name: np.reshape(values, source.shape) for name, values in result.fields.items()}
+        fields = {name: np.reshape(values, source.shape) for name, values in state.fields.items()}
         traction = np.stack([fields["shear_x"], fields["shear_y"]])
         yields = np.asarray(fields.get("yield_stress", np.zeros(source.shape)))
         hardening = np.where(yields > 0.0, yields - (here.derived.problem.interlayer.yield_stress or 0.0), 0.0)
@@ -324,8 +324,8 @@ class Steps:
         for number, (stop, time, distance) in enumerate(ends):
             known, problem, shift = None, history.problem_at(stop), history.shift_at(stop)
             if stepper.last is None:
-                now = End(time, history.begins_at(distance))
-                here, state = stepper.begin(problem, course.begin, now.moved)
+                now, begin = End(time, history.begins_at(distance)), course.begin
+                here, state = stepper.begin(problem, begin.coupled if isinstance(begin, Result) else begin, now.moved)
             else:
                 known = kept.find(number, here.grid) if stop < rows[-1] else None
                 here, now = stepper.step(problem, time, distance, shift, jumps=stepper.last.place in course.jumps,

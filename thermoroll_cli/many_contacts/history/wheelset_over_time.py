@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from thermoroll_cli.many_contacts.history.course import Begin, WheelsetHistory, When
+from thermoroll_cli.many_contacts.history.course import Beginning, WheelsetHistory, When
 from thermoroll_cli.many_contacts.history.history_plan import grids_of, warnings_of
 from thermoroll_cli.many_contacts.history.solve import SAFETY, on_domain, over_rows, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
@@ -119,7 +119,7 @@ class _PatchOverTime:
             uncertainty=dict.fromkeys(reported.scalars, 0.0),
             work={"grid": list(here.grid.sides), "extent": run.extent, "applications": state.applications, "skipped": {}})
 
-    def _carried(self) -> Begin:
+    def _carried(self) -> Beginning | State:
         """The tractions that all patches of this side had last, on this grid; without any, none yet."""
         assert self._stepper is not None
         grid, found = self._stepper.base.grid, dict.fromkeys(("pressure", "shear_x", "shear_y"), np.zeros(self.run.shape))
@@ -128,10 +128,7 @@ class _PatchOverTime:
         for state in states:
             along, across = interpolation_matrix(state.x, grid.x), interpolation_matrix(state.y, grid.y)
             found = {name: field + along @ np.asarray(state.fields[name]) @ across.T for name, field in found.items()}
-        if not states:
-            return "pressed"
-        there = State(found, {}, grid.x, grid.y)
-        return Result(self._stepper.base.derived.problem, there, there, {}, True, "", {}, {})
+        return State(found, {}, grid.x, grid.y) if states else "pressed"
 
     def accept(self) -> State | None:
         """Go on from the last trial, whose state is returned, with places on the rail; without one, from nothing."""

@@ -21,7 +21,7 @@ from thermoroll_cli.many_contacts.wheelset.patch_problem import (
 from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName, WheelsetProblem
 from thermoroll_cli.one_contact.refinement.plan import grid_sequence
-from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.physics.numerics.krylov import Anderson
 from thermoroll_cli.physics.numerics.roots import RisingRoot
 from thermoroll_cli.problem.problem import Numerics, Problem
@@ -102,17 +102,17 @@ class SteadySolvers:
 
     def __init__(self, threads: int) -> None:
         self._threads = threads
-        self._known: dict[tuple[bool, SideName], list[tuple[float, Solver]]] = {}
+        self._known: dict[tuple[bool, SideName], list[tuple[float, ContactSolver]]] = {}
 
-    def of(self, loaded: Loaded, *, rough: bool = False) -> Sequence[Solver]:
+    def of(self, loaded: Loaded, *, rough: bool = False) -> Sequence[ContactSolver]:
         """The solvers that have solved the patches nearest to these before."""
         return [self._near(side, bearing.patch.y, rough=rough) for side, bearing in loaded]
 
-    def _near(self, side: SideName, place: float, *, rough: bool) -> Solver:
+    def _near(self, side: SideName, place: float, *, rough: bool) -> ContactSolver:
         known = self._known.setdefault((rough, side), [])
         near = same_patch(known, place, lambda entry: entry[0])
         if near is None:
-            near = place, Solver(self._threads)
+            near = place, ContactSolver(self._threads)
             if not rough and self._known.get((True, side)):
                 near[1].last = self._near(side, place, rough=True).last
         known[:] = [*(entry for entry in known if entry is not near), (place, near[1])]

@@ -7,7 +7,7 @@ grid,
 
 in Hertz's units: pressures over their peak, tractions over their bound, displacements over the approach, places over the sides
 of the domain, so that neighbours may differ in load and profile, too. Whatever was solved counts: points of a sweep, steps of
-wear, a loop over `Solver`.
+wear, a loop over problems.
 """
 
 from __future__ import annotations

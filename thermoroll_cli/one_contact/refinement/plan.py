@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from thermoroll_cli.one_contact.refinement.expected_heat import deformation_effect, even_share
 from thermoroll_cli.one_contact.refinement.subsurface_plan import subsurface_plan
-from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, derived_of
 from thermoroll_cli.one_contact.steady_state.doubts import relaxation_facts, track_facts, warnings_before
 from thermoroll_cli.one_contact.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
 from thermoroll_cli.one_contact.steady_state.solvable import check
@@ -146,7 +146,7 @@ STAGES: dict[str, Callable[[DerivedQuantities], str | None]] = {
 
 def leaves_out_deformation(problem: Problem) -> bool | None:
     """Whether thermal deformation is left out because its effect is small; None where nothing is to be decided."""
-    derived = DerivedQuantities(problem)
+    derived = derived_of(problem)
     if problem.heating.deformation is not True or _heat(derived):
         return None
     return bool(_deformation(derived))
@@ -261,7 +261,7 @@ class Plan:
 def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     """Plan of a problem. Raises Unsolvable for the reasons of `solvable`, and where a prescribed force is above what a yielding
     interlayer carries."""
-    derived = DerivedQuantities(problem)
+    derived = derived_of(problem)
     check(derived)
     grids = grid_sequence(problem, alone=alone)
     reasons = stages(derived)

@@ -26,22 +26,10 @@ VERTICAL_MET = 1e-5
 """Departure of the vertical force, relative, with which a load is found: the solvers leave a tenth of that."""
 
 
-def solve(
-    problem: Problem, *, threads: int = 1, report: Report | None = None, options: SolverOptions | None = None
-) -> Result:
-    """Solve `problem` and return its coupled and isothermal states.
-
-    `threads` > 1 transforms the two traction components side by side (the result does not depend on it). `report` is
-    called with a stage name and a mapping (grid, iteration, residual, …) as the work goes on. `options` are for experiments
-    with the solvers. Raises ValueError where no steady state can exist; everything else that goes wrong is reported in
-    `Result.converged` and `Result.reason`.
-    """
-    return Solver(threads, options).solve(problem, report=report)
-
-
-class Solver:
+class ContactSolver:
     """Solves problem after problem: each starts from what the last one predicts, and uses the kernels of the last where grids
-    are the same. Neighbouring points of a sweep, or steps of wear, take half of the work of a first one."""
+    are the same. Neighbouring points of a sweep, or steps of wear, take half of the work of a first one. `threads` > 1
+    transforms both traction components side by side, with the same result; `options` are for experiments."""
 
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         self.threads = threads
@@ -51,7 +39,9 @@ class Solver:
         self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
-        """As the function `solve`."""
+        """The result of `problem`, with its coupled and its isothermal state. `report` is called with the name of a stage and a
+        mapping (grid, iteration, residual, …) as the work goes on. Raises Unsolvable where no steady state can exist;
+        everything else that goes wrong is in `Result.converged` and `Result.reason`."""
         if problem.vertical is not None:
             return _under_vertical(problem, lambda loaded: self.solve(loaded, report=report))
         result = self._to_maximum(problem, report) if has_maximum(problem) else self._solve(problem, report)
@@ -59,7 +49,7 @@ class Solver:
 
     def _to_maximum(self, problem: Problem, report: Report | None) -> Result:
         """The result for a prescribed force where friction falls with slip: the maximum of the creep curve is found first."""
-        coarse = Solver(self.threads, self.options)
+        coarse = ContactSolver(self.threads, self.options)
         try:
             maximum = creep_maximum(problem, lambda point: coarse._solve(point, None), self._followed)
         except ArithmeticError as cause:

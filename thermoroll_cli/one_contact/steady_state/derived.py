@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -132,6 +132,12 @@ class DerivedQuantities:
     def kinematics(self) -> Kinematics:
         """Motion of the surfaces over each other."""
         return Kinematics(self)
+
+
+@lru_cache(maxsize=2)
+def derived_of(problem: Problem) -> DerivedQuantities:
+    """The derived quantities of a problem, made once for whoever asks next: its reader, its plan, its solver."""
+    return DerivedQuantities(problem)
 
 
 def pressed_to(problem: Problem, approach: float) -> Problem:

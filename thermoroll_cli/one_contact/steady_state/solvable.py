@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -48,8 +49,9 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
             yield from _track(derived, body, track)
 
 
+@lru_cache(maxsize=2)
 def check(derived: DerivedQuantities) -> None:
-    """Raises Unsolvable, for the first of the reasons."""
+    """Raises Unsolvable, for the first of the reasons. What passes is not checked again for who asks next."""
     for reason in reasons_against(derived):
         raise reason
 

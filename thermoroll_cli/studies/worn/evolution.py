@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thermoroll_cli.one_contact.refinement.plan import extent_of
-from thermoroll_cli.one_contact.refinement.solve import Solver
+from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities, pressed_to
 from thermoroll_cli.one_contact.steady_state.scalars import wear_steepness, worn_per_passage
 from thermoroll_cli.problem.geometry import Geometry, surfaces
@@ -90,13 +90,13 @@ def evolution(problem: Problem, start: ContactState | None = None, *, threads: i
     With `numerics.accuracy`, all states have the grid that the unworn profiles need. Raises Unsolvable as `solve` does."""
     wear = problem.wear
     assert wear is not None
-    solver = Solver(threads)
+    solver = ContactSolver(threads)
     load = problem.normal_force if problem.approach is None else DerivedQuantities(problem).scales.normal_force
 
     def solved(state: ContactState) -> ContactState:
         nonlocal solver
         if state.steps % STEPS_FROM_COLD == 0:
-            solver = Solver(threads)
+            solver = ContactSolver(threads)
         worn, state = _followed(problem, state)
         return _solved(problem, load, state, solver.solve(worn))
 
