@@ -254,7 +254,7 @@ def test_a_sweep_keeps_the_history_of_each_point(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "ball_0001.h5").stat().st_mtime_ns == before
     command[3] = "load.friction_coefficient=0.3,0.35"
     (tmp_path / "out" / "ball_0003_history.csv").write_text("of another one")
-    done = call(*command)
+    done = call(*command, "--force")
     assert "of another sweep" in done.stderr and "ball_0003_history.csv" in done.stderr
 
 
