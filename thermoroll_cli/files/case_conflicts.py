@@ -67,7 +67,8 @@ def conflicts(sections: Sections) -> Iterator[Conflict]:
 def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
     """Each check with the names of its tables, asked for once: a sweep checks every point."""
     checks = (
-        _convexity, _vertical_force, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings,
+        _convexity, _vertical_force, _hertz_pressure, _profiles,
+        _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings,
         _relaxation,
         _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _of_kind, _history, _line, _speed,
         _accuracy_of)  # fmt: skip
@@ -109,6 +110,18 @@ def _vertical_force(geometry: model.GeometryTable, load: model.LoadTable) -> Ite
     if load.vertical_N is not None and not geometry.conformal:
         yield Conflict(("load", "vertical_N"), "is of a conformal contact: in a plane it is the normal load", "normal_N, or "
                        "geometry.conformal = true", at_key=True)
+
+
+def _hertz_pressure(sections: Sections, geometry: model.GeometryTable, load: model.LoadTable) -> Iterator[Conflict]:
+    """A pressure says what the load is where Hertz's theory holds."""
+    if load.hertz_pressure_MPa is None:
+        return
+    layered = any(table.layers or table.relaxation or table.relaxation_file for _, table in _materials(sections))
+    why = "a conformal contact" if geometry.conformal else "profiles" if geometry.lower_profile or geometry.upper_profile else (
+        "bodies with coatings, or that relax" if layered else "")
+    if why:
+        yield Conflict(("load", "hertz_pressure_MPa"), f"is Hertz's pressure of smooth elastic bodies, not of {why}",
+                       "normal_N, or another load", at_key=True)
 
 
 def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Conflict]:
@@ -302,7 +315,9 @@ def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Itera
     elif not math.isclose(coefficient, at_rest):
         of = "load.friction_coefficient" if load.friction_coefficient is not None else "the largest coefficient of all places"
         yield Conflict(path, f"has {coefficient:g} without slip, but {of} is {at_rest:g}",
-                       "the same coefficient without slip", other=("load", "friction_coefficient"))
+                       f"the same coefficient without slip: {of} = {coefficient:g} beside this table"
+                       + (", whose friction rises from zero" if coefficient == 0.0 else ""),
+                       other=("load", "friction_coefficient"))
     yield from _curve(path, friction.table, (-math.inf, math.inf), "m/s", allowed)
 
 

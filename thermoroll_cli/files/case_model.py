@@ -152,6 +152,9 @@ class LoadTable(Table):
     normal_N: float | None = quantity("Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
     normal_N_mm: float | None = quantity("Normal load per length of bodies that are long across rolling: a line contact; "
                                          "instead of normal_N", None, ge=1e-15, le=1e15)  # fmt: skip
+    hertz_pressure_MPa: float | None = quantity(
+        "Hertz's peak pressure of the smooth, elastic bodies, which determines the load; instead of normal_N", None, ge=1e-9,
+        le=1e9)
     approach_um: float | None = quantity("Approach of the bodies, which determines the load; instead of normal_N", None,
                                          ge=1e-9, le=1e9)  # fmt: skip
     vertical_N: float | None = quantity("Vertical force of a conformal contact, traction included; instead of normal_N", None,
@@ -465,6 +468,8 @@ EXCLUSIVE = (
     ("load.normal_N", "load.vertical_N", "a normal load, or a vertical force"),
     ("load.approach_um", "load.vertical_N", "an approach, or a vertical force"),
     ("load.normal_N", "load.normal_N_mm", "a normal load, or one per length"),
+    *((f"load.{other}", "load.hertz_pressure_MPa", "a pressure, or a load")
+      for other in ("normal_N", "normal_N_mm", "approach_um", "vertical_N")),
     ("load.normal_N_mm", "load.approach_um", "a load per length: a line contact has no approach"),
     ("load.normal_N_mm", "load.vertical_N", "a load per length, or a vertical force"),
     *(("load.friction_coefficient", f"friction.{key}", "one coefficient of friction, or one of each place")

@@ -11,7 +11,7 @@ import numpy as np
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.many_contacts.wheelset.curves import Points, smooth
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName
-from thermoroll_cli.one_contact.steady_state.derived import pressed_to, rubbed
+from thermoroll_cli.one_contact.steady_state.derived import pressed_to, pressed_with, rubbed
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import FORMULAS, Friction, FrictionLaw, Interlayer
@@ -65,6 +65,8 @@ def problem_of(settings: model.Settings) -> si.Problem:
     )
     if isinstance(problem.geometry, CurvedPatch):
         problem = replace(problem, vertical=load.vertical_N)
+    if load.hertz_pressure_MPa is not None:
+        problem = pressed_with(problem, load.si("hertz_pressure_MPa"))
     if load.approach_um is not None:
         problem = pressed_to(problem, load.si("approach_um"))
     if friction.across is None:

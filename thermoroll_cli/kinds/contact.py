@@ -8,7 +8,7 @@ from typing import Any
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import At, Kind, Planned
 
-LOADS = ("normal_N", "normal_N_mm", "approach_um", "vertical_N")
+LOADS = ("normal_N", "normal_N_mm", "hertz_pressure_MPa", "approach_um", "vertical_N")
 
 
 class Contact(Kind):

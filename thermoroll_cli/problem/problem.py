@@ -305,7 +305,8 @@ class Problem(Task):
     - `subsurface`, `wear`: requests beyond the contact (`SubsurfaceRequest`, `Wear`), None without;
     - `length`: of a line contact over time in m: displacements grow with its logarithm. Steady states do not know it (inf);
     - `heights`: what closes the gap besides the shapes of `geometry`, over places along x and y (`surface.Heights`), None:
-      nothing. Files of results do not keep them.
+      nothing. Files of results do not keep them;
+    - `hertz_pressure`: the pressure (Pa) that `normal_force` was chosen for, None if it was not.
 
     `solve` raises ValueError for a problem that has no steady state.
     """
@@ -328,6 +329,7 @@ class Problem(Task):
     vertical: float | None = None
     length: float = math.inf
     heights: Any = None
+    hertz_pressure: float | None = None
 
     @property
     def load_is_given(self) -> bool:

@@ -305,7 +305,7 @@ def _facts(derived: DerivedQuantities) -> dict[str, float]:
         size = {"hertz_a_mm": scales.semi_axis_x * 1e3, "hertz_b_mm": scales.semi_axis_y * 1e3,
                 "hertz_p0_MPa": scales.peak_pressure * 1e-6}
     low, high = derived.contact_angles
-    facts = size | {
+    facts = size | ({} if problem.hertz_pressure is None else {"normal_N": problem.normal_force}) | {
         "approach_um": scales.approach * 1e6,
         **({"contact_angle_low_mrad": 1e3 * low, "contact_angle_high_mrad": 1e3 * high} if high > low else {}),
         **dict(zip(("peclet_lower", "peclet_upper"), peclet_numbers(derived), strict=True)),

@@ -147,6 +147,13 @@ def pressed_to(problem: Problem, approach: float) -> Problem:
     return replace(problem, normal_force=DerivedQuantities(problem).scales.normal_force)
 
 
+def pressed_with(problem: Problem, pressure: float) -> Problem:
+    """`problem` with the normal force under which smooth elastic bodies have the peak `pressure` (Pa): Hertz's grows with the
+    cube root of the load."""
+    of_one = DerivedQuantities(replace(problem, normal_force=1.0)).scales.peak_pressure
+    return replace(problem, normal_force=(pressure / of_one) ** 3, hertz_pressure=pressure)
+
+
 def rubbed(problem: Problem, points: Sequence[tuple[float, float]]) -> Problem:
     """`problem` with shares of its friction at `points` (y in m, share) across rolling; the scale is their mean over an
     estimate of the pressure."""

@@ -1,0 +1,56 @@
+"""Loads that are given by Hertz's pressure, through the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, call
+
+PRESSURE = MECHANICAL.replace("normal_N = 65.0", "hertz_pressure_MPa = 1200.0")
+
+
+@pytest.mark.parametrize(("upper", "lower"), [((210.0, 0.28), (210.0, 0.28)), ((315.0, 0.26), (206.0, 0.3))])
+def test_the_load_is_that_of_hertz(upper: tuple[float, float], lower: tuple[float, float], tmp_path: Path) -> None:
+    """W = π³ p₀³ R²/(6 E*²) of two spheres with 1/R = 2/30 mm."""
+    bodies = "".join(f"[material.{body}]\nyoungs_modulus_GPa = {modulus}\npoisson_ratio = {ratio}\n"
+                     for body, (modulus, ratio) in (("upper", upper), ("lower", lower)))
+    text = bodies + PRESSURE[PRESSURE.index("[geometry]"):].replace("grid = 16", "grid = 8")
+    (tmp_path / "case.toml").write_text(text)
+    modulus = 1.0 / sum((1.0 - ratio**2) / (1e9 * young) for young, ratio in (upper, lower))
+    load = math.pi**3 * 1.2e9**3 * 0.015**2 / (6.0 * modulus**2)
+    record = json.loads(call("run", tmp_path / "case.toml", "-o", tmp_path, "--no-plots", "--json", "-q").stdout)
+    assert record["normal_N"] == pytest.approx(load, rel=1e-9) and record["hertz_p0_MPa"] == pytest.approx(1200.0)
+    assert record["friction_limit_N"] == pytest.approx(0.3 * load)
+    shown = json.loads(call("show", tmp_path / "case.toml", "--json").stdout)
+    assert shown["normal_N"] == pytest.approx(load) and shown["inputs"]["load.hertz_pressure_MPa"]["si"] == 1.2e9
+    done = call("run", tmp_path / "case.toml", "-o", tmp_path, "--no-plots", "-q", "--json", "--set", "load.normal_N=65")
+    assert json.loads(done.stdout)["normal_N"] == 65.0
+    over = ("--over", "load.hertz_pressure_MPa=600,1200")
+    table = call("sweep", tmp_path / "case.toml", *over, "--no-plots", "-o", tmp_path, "--json")
+    loads = [json.loads(line)["normal_N"] for line in table.stdout.splitlines()]
+    assert loads == pytest.approx([load / 8.0, load])
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("hertz_pressure_MPa = 1200.0", "hertz_pressure_MPa = 1200.0\nnormal_N = 65.0", "a pressure, or a load"),
+    ("upper_radius_y_mm = 30.0", "conformal = true\nupper_radius_y_mm = 30.0", "not of a conformal contact"),
+    ("upper_radius_y_mm = 30.0\n", "[geometry.upper_profile]\npoints_mm = [[-1, -0.02], [0, 0], [1, -0.02]]\n",
+     "not of profiles"),
+    ("[geometry]", "relaxation = [[0.5, 1e-3]]\n[geometry]", "not of bodies with coatings, or that relax"),
+])
+def test_what_has_no_hertz_pressure_is_refused(old: str, new: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(PRESSURE.replace(old, new))
+    done = call("validate", tmp_path / "case.toml")
+    assert done.returncode == 3 and "load.hertz_pressure_MPa" in done.stderr and words in " ".join(done.stderr.split())
+
+
+def test_friction_that_rises_from_zero_says_what_belongs_to_it(tmp_path: Path) -> None:
+    law = '[friction]\nlaw = "table"\ntable = [[0.0, 0.0], [0.02, 0.03], [0.1, 0.05]]\n'
+    (tmp_path / "case.toml").write_text(MECHANICAL + law)
+    done = call("validate", tmp_path / "case.toml")
+    assert done.returncode == 3 and "load.friction_coefficient = 0 beside this table" in " ".join(done.stderr.split())
+    assert call("validate", tmp_path / "case.toml", "--set", "load.friction_coefficient=0").returncode == 0
