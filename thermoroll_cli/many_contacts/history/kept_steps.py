@@ -1,8 +1,8 @@
 """Steps that are kept in a journal as soon as they are solved, from which a history that was stopped goes on.
 
-A record has what later steps and the table need of a step: its pressure and tractions, the fields that act back, the heat that
-it releases, its scalars, and its fields where they are asked for. Everything else is computed again. Arrays are compressed .npy
-files in base64.
+A record has what later steps and the table need of a step: its pressure and tractions with the displacement by them, the fields
+that act back, its heat, its scalars, and its fields where they are asked for. Everything else is computed again:
+a history that goes on is, to the last bit, the one that was not stopped. Arrays are compressed .npy files in base64.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.tools.arrays import AnyArray
 from thermoroll_cli.tools.journal import Journal, JournalError
 
-LAYOUT = 1
+LAYOUT = 2
 """Raised whenever records change."""
 
 
@@ -64,8 +64,9 @@ class KeptSteps:
         if self.journal is None:
             return
         contact, tangential = state.contact, state.contact.tangential
-        arrays = {"pressure": contact.normal.pressure, "traction": tangential.traction, "slip_friction": tangential.friction,
-                  "hardening": tangential.hardening, **unknowns_of(contact)}
+        arrays = {"pressure": contact.normal.pressure, "whole_elements": contact.normal.whole_elements,
+                  "traction": tangential.traction, "displacement": tangential.displacement,
+                  "slip_friction": tangential.friction, "hardening": tangential.hardening, **unknowns_of(contact)}
         if heat is not None:
             arrays |= {"heat": heat.total, "heat_slope": heat.slope, "exchanged": heat.exchanged}
         self.journal.keep({
@@ -96,8 +97,9 @@ def _step(record: Mapping[str, Any], grid: Grid) -> Step:
     traction = Traction(
         arrays.pop("traction"), np.zeros((2, *grid.shape)), pressure > 0.0, tuple(record["creepage"]), nothing, nothing,
         record["power"], converged=record["converged"], friction=arrays.pop("slip_friction", None),
-        hardening=arrays.pop("hardening", None))
-    normal = Pressure(pressure, (pressure > 0.0).astype(float), nothing, nothing, approach=0.0, peak=float(pressure.max()))
+        hardening=arrays.pop("hardening", None), displacement=arrays.pop("displacement", None))
+    normal = Pressure(pressure, (pressure > 0.0).astype(float), nothing, nothing, approach=0.0, peak=float(pressure.max()),
+                      whole_elements=arrays.pop("whole_elements", None))
     state = SteadyState(Contact(normal, traction, **arrays), 0, 0.0, record["converged"], 0, record["applications"], 0,
                         record["touches_rim"], ())
     return Step(state, heat, record["scalars"], {name: _array(text) for name, text in record["fields"].items()})

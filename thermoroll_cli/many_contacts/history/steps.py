@@ -43,7 +43,6 @@ from thermoroll_cli.physics.heat.heat_over_time import UNMOVED, End, HeatMemory,
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatResponse, ThermalResponse
 from thermoroll_cli.physics.numerics.convolution import Parities
 from thermoroll_cli.physics.numerics.grid import Grid, Prolongation
-from thermoroll_cli.physics.numerics.krylov import Secants
 from thermoroll_cli.problem.contact import Contact, Past, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
@@ -117,11 +116,12 @@ class Stepper:
             self.hot = bool(problem.heating.deformation) and any(body.free_expansion for body in bodies)
             self.memory = HeatMemory(base.grid, bodies, expands=self.hot)
 
-    def solved(self, here: Discretisation, secants: Secants | None) -> SteadyState:
-        """The solution of the step `here`, from the last state; `secants` are what the step before has learnt."""
+    def solved(self, here: Discretisation) -> SteadyState:
+        """The solution of the step `here`, from the last state. Secants of the step before would not save iterations, and a
+        history that goes on after a crash would not have them."""
         assert self.last is not None
         return fixed_point(here, first_guess(here, self.last.contact, hot=self.hot), self.base.options.tolerances,
-                           learnt=Learnt(HEAT.first_residual, secants))
+                           learnt=Learnt(HEAT.first_residual))
 
     def remember(
         self, here: Discretisation, contact: Contact, now: End, heat: DividedHeat | None = None, *, always: bool = False
@@ -225,7 +225,10 @@ class Stepper:
         # Surfaces stand still in the state at the beginning: its rates are not those after it.
         constant = jumps or not past.rolls or not last.rolls or (self.before is None and any(self.surfaces))
         now = End(time, self._moved(problem, step, last, constant=constant), constant)
-        heat = _StepHeat(self.memory, _seen_by_heat(now, problem)) if self.memory is not None and heats else None
+        ends = _seen_by_heat(now, problem)
+        if self.memory is not None and not heats:
+            self.memory.pass_by(ends)
+        heat = _StepHeat(self.memory, ends) if self.memory is not None and heats else None
         return self.base.under(DerivedQuantities(self._with_surfaces(problem, now.moved), past), heat), now
 
     def _with_surfaces(self, problem: Problem, moved: tuple[Place, Place]) -> Problem:
@@ -330,7 +333,7 @@ class Steps:
                 known = kept.find(number, here.grid) if stop < rows[-1] else None
                 here, now = stepper.step(problem, time, distance, shift, jumps=stepper.last.place in course.jumps,
                                          heats=known is None)
-                state = known.state if known is not None else stepper.solved(here, state.secants)
+                state = known.state if known is not None else stepper.solved(here)
             work, solved = work + state.applications, solved and state.converged
             stepper.reach(here, state.contact, stop, now, distance, shift)
             heat = stepper.remember(here, state.contact, now, None if known is None else known.heat,

@@ -106,7 +106,7 @@ class _PatchOverTime:
                 stepper.before = stepper.last = None
                 stepper.reach(here, state.contact, before.place, End(before.time), before.distance)
             here, now = stepper.step(moved, row.time, row.distance, jumps=run.jumps)
-            state = stepper.solved(here, None)
+            state = stepper.solved(here)
         stepper.reach(here, state.contact, row.place, now, row.distance)
         self._trial = here, state, now
         reported = stepper.reported(here, state)

@@ -73,6 +73,13 @@ class HeatMemory:
         self._released.append((end, DividedHeat(total, heat.share, exchanged, slope)))
         self._places = np.vstack([self._places, _row(end)])
 
+    def pass_by(self, now: End) -> None:
+        """The end of a step whose heat is known: later steps take its kernels, which depend on those that they were computed
+        together with, in the last bits."""
+        known, self._kept = self._kept, ({}, {})
+        for i in range(len(self.bodies)):
+            self._kernels(i, now, *known)
+
     def step(self, now: End) -> tuple[Before, StepResponse]:
         """What all heat remembered does at the end of the next step, and the response to the heat of that step."""
         (last, heat), expands = self._released[-1], EXPANSION < len(self._effects)
