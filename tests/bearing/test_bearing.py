@@ -143,6 +143,7 @@ def test_at_rest_there_are_loads_and_stiffness_alone() -> None:
     assert "spin_to_roll" not in record
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rpm", "friction", "torque", "inner", "outer", "solves"), [
     (1e4, 0.07, 2344.0, -0.413, -0.076, 60),
     pytest.param(1e4, 0.1, 3011.0, -0.444, -0.069, 60, marks=pytest.mark.slow),
@@ -380,6 +381,7 @@ def test_a_warm_inner_ring_is_a_wider_one_with_a_wider_groove() -> None:
     assert thrust == pytest.approx(297.1, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_five_displacements_and_stiffness() -> None:
     content = {"bearing__balls": 5, "bearing__control": "outer", "bearing__inner_rpm": 100.0, "numerics__grid": 8,
                "bearing__load__radial_N": 1e3, "bearing__load__moment_Nm": [15.0, 8.0]}

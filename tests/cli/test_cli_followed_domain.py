@@ -79,14 +79,7 @@ def test_compare_tells_which_grids_differ(folder: Path, tmp_path: Path) -> None:
     assert "isothermal.heat_flux" in " ".join(call("compare", mine, tmp_path / "article_4_1.h5").stdout.split())
 
 
-def test_pictures_of_a_file_are_those_of_the_run(folder: Path, tmp_path: Path) -> None:
-    names = ("temperature", "pressure", "centreline")
-    done = call("plot", folder / "article_4_1.h5", "-o", tmp_path, "--fields", ",".join(names), painted=True)
-    assert done.returncode == 0
-    for name in names:
-        assert (tmp_path / f"article_4_1_{name}.png").read_bytes() == (folder / f"article_4_1_{name}.png").read_bytes()
-
-
+@pytest.mark.slow
 def test_a_sweep_over_contacts_that_move(tmp_path: Path) -> None:
     options = ("--set", "numerics.grid=16", "--no-plots", "-q", "-o", tmp_path)
     done = call("sweep", CASE, "--over", "rolling.speed_m_s=200,400,600", *options)

@@ -260,6 +260,7 @@ def test_sweeps_and_tables(place: Path) -> None:
     assert "CreepForceTable" in table   # runs in test_creep_table.py
 
 
+@pytest.mark.slow
 def test_scripts_of_the_other_pages(place: Path) -> None:
     result = solve(Case.read(place / "cases" / "table1.toml"))
     (place / "results").mkdir()

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import inspect
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
-from tests.support.command_line import MECHANICAL, call, environment
+from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli.cli import conicity, fit, run, sweep_command, wear
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -53,11 +51,3 @@ def test_a_sweep_says_where_its_reasons_are(tmp_path: Path) -> None:
     assert call("sweep", tmp_path / "case.toml", *over).returncode == 0
     with Image.open(tmp_path / "sweep.png") as image:
         assert round(image.info["dpi"][0]) == 60
-
-
-def test_a_run_without_pictures_imports_no_matplotlib(tmp_path: Path) -> None:
-    """Also where it says which pictures are old."""
-    (tmp_path / "case.toml").write_text(MECHANICAL)
-    command = [sys.executable, "-X", "importtime", "-m", "thermoroll_cli", "run", "case.toml", "--no-plots"]
-    done = subprocess.run(command, cwd=tmp_path, env=environment({}), capture_output=True, text=True)
-    assert done.returncode == 0 and "h5py" in done.stderr and "matplotlib" not in done.stderr

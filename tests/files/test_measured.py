@@ -53,6 +53,7 @@ def test_creep_curve_of_a_roller_rig() -> None:
     assert ((ratio > 0.6) & (ratio < 0.9)).all()
 
 
+@pytest.mark.slow
 def test_angles_of_attack_are_predicted() -> None:
     rig, (angles, force, _) = case("vt_fra_roller_rig", GRID), roller_rig_angles()
     for model, bound in ((rig, 0.016), (rig.with_values({**RISING, INTERLAYER: 2.85}), 0.0075)):
@@ -66,6 +67,7 @@ def test_tractions_of_a_twin_disc() -> None:
     assert 0.050 < rms(disc.with_values(SMOOTH), points) < 0.060
 
 
+@pytest.mark.slow
 def test_forces_of_a_locomotive() -> None:
     """Values that others fitted leave a scatter of 0.027; every eighth of the 155 points."""
     assert rms(case("eurosprinter", GRID), locomotive()[:, ::8]) < 0.032

@@ -244,6 +244,7 @@ def test_slopes_stay_inside_the_heated_rows() -> None:
     assert slopes(flux)[:, 0].tolist() == [0.0, 2.0, 2.0, 0.5, 0.0, 0.0, 0.0, 0.0]  # 3 would make the flux negative
 
 
+@pytest.mark.slow
 def test_narrow_slip_zones_are_as_hot_as_on_fine_grids() -> None:
     """Wheel on rail at a fifth of saturation: heat from the last sixth of the contact, 9 elements at N = 64 (with constant
     flux in each element 7e-3 too cold there, and still 2e-3 at N = 128)."""

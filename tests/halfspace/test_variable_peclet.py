@@ -77,6 +77,7 @@ def test_response_against_one_kernel_per_source(kind, peclet_max):
     assert np.abs(crude - exact).max() > 1e-2 * np.abs(exact).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("peclet_a", "terms", "tight_terms"), [
         pytest.param(1.0, (4, 5), (5, 7), marks=pytest.mark.slow), (20.0, (9, 9), (12, 13)),

@@ -137,18 +137,6 @@ def test_response_is_the_sum_of_its_tables() -> None:
     assert np.abs(response.displacement(heat) - sum_of_both).max() < 1e-8 * np.abs(sum_of_both).max()
 
 
-@pytest.mark.parametrize(("layer", "speed", "peclet"), [
-    (POLYMER, 0.5, "rolling"), pytest.param(CARBON, 0.5, "stationary", marks=pytest.mark.slow),
-    pytest.param(replace(CARBON, thickness=2e-5), 2.0, "rolling", marks=pytest.mark.slow),
-])  # fmt: skip
-def test_estimates_cover_what_finer_grids_change(layer: Layer, speed: float, peclet: str) -> None:
-    body = replace(STEEL, layers=(layer,))
-    problem = coated(STEEL, body, 0.002, speed, heating=Heating(peclet=peclet))
-    coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))).summary() for n in (16, 32))
-    for name in ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "temperature_interface_max_upper_K"):
-        assert abs(coarse[name] - fine[name]) <= coarse["uncertainty"][name], name
-
-
 def test_points_of_a_sweep_share_the_tables() -> None:
     body = replace(STEEL, layers=(CARBON,))
     solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16))))

@@ -67,6 +67,7 @@ def test_columns_and_their_errors() -> None:
     assert history["force_x_over_friction_limit"][-1] == history["force_x_N"][-1] / history["friction_limit_N"][-1]
 
 
+@pytest.mark.slow
 def test_the_first_row_after_a_sudden_start_is_covered() -> None:
     """Rolling from nothing at a creepage that is reached within a few steps: the first one is far from it."""
     case = ball(history={"distance_mm": [0, 0.6 * 14], "begin": "pressed", "values": {"creepage.longitudinal": [0.012, 0.006]}})
@@ -259,7 +260,6 @@ def test_a_sweep_keeps_the_history_of_each_point(tmp_path: Path) -> None:
     assert "of another sweep" in done.stderr and "ball_0003_history.csv" in done.stderr
 
 
-@pytest.mark.slow
 def test_a_fit_to_a_record_over_time() -> None:
     """Data of finer steps between the rows; without noise the coefficient of friction is found. On the grid of the case, which
     the tolerance allows: 2 % of friction."""

@@ -65,6 +65,7 @@ def test_a_wheel_is_the_contact_that_it_has() -> None:
     assert here[0] == 0.0 and np.abs(here[-1]) > np.abs(here[1]) > 0.0
 
 
+@pytest.mark.slow
 def test_constant_inputs_stay_in_the_steady_state_and_end_there() -> None:
     steady = solve({key: table for key, table in WHEEL.items() if key != "history"})["track_force_x_N"]
     stays = solve(wheel(history={"begin": "steady", "steps": 3}))
@@ -100,6 +101,7 @@ def test_the_velocity_is_that_of_the_path() -> None:
     assert abs(moved[0]) < 0.01 * abs(still[0])
 
 
+@pytest.mark.slow
 def test_a_path_may_be_given_in_time_and_with_places_between() -> None:
     def forces(history: dict[str, Any], shift: list[float]) -> Any:
         return column(wheel(history={"distance_mm": None, "steps": 2, "values": {"wheelset.lateral_shift_mm": shift}} | history,

@@ -90,6 +90,7 @@ def test_a_stored_result_gives_the_same_pictures(tmp_path: pathlib.Path) -> None
     assert [path.read_bytes() for path in direct] == [path.read_bytes() for path in stored]
 
 
+@pytest.mark.slow
 def test_every_format_is_reproducible(tmp_path: pathlib.Path) -> None:
     result = synthetic.result((16, 16), deformation=False)
     wanted: dict[str, Any] = {"kinds": ["traction"], "formats": ["png", "svg", "pdf"]}

@@ -144,16 +144,6 @@ def number_of(result: Result, name: str) -> tuple[float, float]:
     return record[scalar], errors.get(scalar, 0.0)
 
 
-@pytest.mark.parametrize("claim", [claim for claim in CLAIMS if claim.grid], ids=lambda claim: f"{claim.page}-{claim.case}")
-def test_numbers_of_pages(claim: Claim) -> None:
-    """On a coarse grid they are met within its ± and the printed digits."""
-    result = of_claim(claim, **{"numerics.grid": claim.grid})
-    for name, text, unit in claim.says:
-        value, error = number_of(result, name)
-        first, *_ = printed(claim.page, text)
-        assert value / unit == pytest.approx(first.value, rel=0.0, abs=error / abs(unit) + first.rounding), (name, text)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("claim", [*CLAIMS, *COMMENTS], ids=lambda claim: f"{claim.page}-{claim.case}")
 def test_numbers_of_pages_on_the_grid_of_the_case(claim: Claim) -> None:

@@ -126,17 +126,6 @@ def test_a_contact_between_the_elements_of_a_larger_domain_starts_without_heat()
     assert np.array_equal(start.normal.pressure, discretisation.isothermal_pressure.pressure)
 
 
-def test_a_sweep_starts_from_the_previous_problem() -> None:
-    """The next problem of a sweep costs less than the same problem alone, and gives the same."""
-    first, second = article_4_1(32, speed=150.0), article_4_1(32, speed=155.0)
-    solver = ContactSolver()
-    solver.solve(first)
-    warm, alone = solver.solve(second), solve(second)
-    for level, cold in zip(warm.work["levels"], alone.work["levels"], strict=True):
-        assert level["applications"] <= cold["applications"] and level["transforms"] < 0.8 * cold["transforms"]
-    assert force(warm) == pytest.approx(force(alone), abs=1e-5)
-
-
 @pytest.fixture(scope="module")
 def neighbours() -> list[list[Level]]:
     """Levels of the coupled states of two neighbouring problems."""
@@ -164,6 +153,7 @@ def errors_of_start(level: Level, coarse: Level | None, levels: Sequence[Level])
         (start.tangential.traction, state.tangential.traction))])
 
 
+@pytest.mark.slow
 def test_what_a_coarser_grid_has_learnt_saves_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its secants, and its first residual in place of the largest one."""
     work = [solve(article_4_1(64)).work["levels"][-1]]

@@ -43,6 +43,7 @@ def test_range_below_a_frictionless_contact(grid: int) -> None:
     assert abs(value - 0.42777) <= error < 0.05 * (16 / grid) ** 2
 
 
+@pytest.mark.slow
 def test_edges_that_long_elements_do_not_see() -> None:
     """Beside the leading edge of a contact eight times as long as wide σ_xz is largest at a depth of a quarter of the length
     of these elements: 0.151 p₀ on them, 0.1658 on elements a sixteenth as long."""
@@ -67,6 +68,7 @@ def test_alternating_plasticity_on_few_elements() -> None:
     assert 0.004 < off <= relative(result)[name] < 0.02
 
 
+@pytest.mark.slow
 def test_what_lies_between_depths_is_known_better_than_from_every_second_one() -> None:
     """Without friction the strength needed below the surface is known to 1e-6, estimated as 3.6e-3 from 16 depths."""
     problem = POPULATIONS["coverage of histories"].draw(200)

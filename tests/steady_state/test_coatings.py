@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,13 +10,10 @@ import pytest
 
 from tests.support import command_line
 from tests.support.cases import findings, parse
-from tests.support.errors import relative
-from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, reference
 from tests.support.strips import solve_cell
 from thermoroll_cli.exact.hertz import HertzContact, element_averages, hertz_contact, shear_gradients
 from thermoroll_cli.one_contact.refinement.plan import make_plan
-from thermoroll_cli.one_contact.refinement.warnings import unresolved_coatings
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
@@ -56,7 +52,7 @@ def of_radius(problem: Problem, radius: float, elements: int) -> Problem:
     raise AssertionError(f"the contact is {larger:g} times as large as asked for")
 
 
-@pytest.mark.parametrize("row", sampled(INDENTATION, 3), ids=lambda row: f"{row['E_layer_over_E_substrate']}-{row['a_over_h']}")
+@pytest.mark.parametrize("row", INDENTATION[::3], ids=lambda row: f"{row['E_layer_over_E_substrate']}-{row['a_over_h']}")
 def test_indentation_agrees_with_an_integral_equation(row: dict) -> None:
     """Below stiff layers the largest pressure is not that of the middle, which the reference gives."""
     h, radius, modulus = 1e-4, 0.1, 1e9
@@ -120,13 +116,14 @@ def creep_coefficients(row: dict, n: int) -> dict[str, float]:
     return {"c11": x[0] / (a * b), "c22": y[1] / (a * b), "c23": y[2] / (a * b) ** 1.5, "c33": spin[2] / (a * b) ** 2}
 
 
-@pytest.mark.parametrize("row", sampled(ROLLING[::4]), ids=lambda row: f"{row['substrate']['youngs_modulus']}-{row['b']}")
+@pytest.mark.parametrize("row", ROLLING[::8], ids=lambda row: f"{row['substrate']['youngs_modulus']}-{row['b']}")
 def test_all_creep_coefficients_of_ellipses(row: dict) -> None:
     """Layers are 3 elements thick at least."""
     for name, found in creep_coefficients(row, 64).items():
         assert found == pytest.approx(row[name], rel=2.5e-3), name
 
 
+@pytest.mark.slow
 def test_creep_coefficients_converge_at_second_order() -> None:
     coarse, fine = (creep_coefficients(ROLLING[2], n) for n in (32, 64))
     for name in ("c11", "c22", "c33"):
@@ -211,6 +208,7 @@ def test_symbols_are_those_of_the_tables() -> None:
         assert found == pytest.approx(float(symbol[j, i]), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "a_over_h", "aspect"), [
     (0.01, 3.0, 1.0), *(pytest.param(*row, marks=pytest.mark.slow) for row in ((100.0, 0.2, 1.0), (100.0, 20.0, 5.0)))])
 def test_layers_do_not_make_the_normal_problem_hard(ratio: float, a_over_h: float, aspect: float) -> None:
@@ -260,6 +258,7 @@ def test_the_preconditioner_below_stiff_layers_is_symmetric_and_positive() -> No
     assert np.vdot(one, inverse(one)) > 0.0
 
 
+@pytest.mark.slow
 def test_free_rolling_creeps_the_other_way_on_thin_layers() -> None:
     """3 GPa on steel: with thickness the creepage of a body that drives nothing changes its sign."""
     found = []
@@ -280,20 +279,6 @@ def test_incompressible_surfaces_over_other_bodies_couple() -> None:
     derived = DerivedQuantities(problem)
     assert derived.bodies.coupling_constant == 0.0 and derived.dissimilar
     assert not DerivedQuantities(replace(problem, upper=problem.lower)).dissimilar
-
-
-@pytest.mark.parametrize("thickness", sampled([1e-4, 1e-5, 1e-6], 3))
-def test_estimates_cover_what_finer_grids_change(thickness: float) -> None:
-    body = Material(210e9, 0.3, layers=(Layer(thickness, 5e9, 0.4),))
-    problem = replace(pressed(body, STEEL, 0.02, 20.0, friction=0.3), motion=replace(ROLLS, creepage_x=2e-3, creepage_y=1e-3))
-    coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))) for n in (32, 64))
-    for name in ("contact_area_mm2", "pressure_max_MPa", "approach_um", "T_gamma_N"):
-        assert abs(coarse.summary()[name] / fine.summary()[name] - 1.0) <= relative(coarse)[name], name
-    named = [re.search(r"elements thick.*numerics\.grid = (\d+) would resolve", warning) for warning in coarse.warnings]
-    assert any(named) == (thickness < 1e-4)
-    for side in (int(found.group(1)) for found in named if found):
-        derived = DerivedQuantities(problem)
-        assert not list(unresolved_coatings(derived, derived.grid((side, side), 2.2)))
 
 
 # --- files -------------------------------------------------------------------------------------------------------

@@ -103,16 +103,6 @@ def test_forces_up_to_the_friction_limit_are_met(share, angle):
     assert s["gamma_st"] > 0.0
 
 
-def test_creepage_grows_with_the_force():
-    shares = [0.05, 0.2, 0.4, 0.6, 0.8, 0.95]
-    creepages = [
-        solved(rolling(grid=32, creepage=(None, 0.0), force=(share * 19.5, None))).coupled.scalars["creepage_longitudinal"]
-        for share in shares
-    ]
-    assert (np.diff(creepages) > 0.0).all()
-    assert (np.diff(np.array(creepages) / shares) > 0.0).all()  # it grows faster than the force
-
-
 @pytest.mark.parametrize("aspect", [0.2, 1.0, 4.0])
 def test_no_force_under_spin_needs_a_lateral_creepage(aspect):
     """F_x = F_y = 0 with spin: the creepage that cancels Kalker's lateral force of spin, ξ_y > 0 for ξ_φ > 0."""

@@ -85,6 +85,7 @@ def test_without_heat_and_shear_the_load_is_hertzs():
     assert result.coupled.scalars["pressure_max_MPa"] == pytest.approx(1e-6 * hertz.peak_pressure, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["profile", pytest.param("strong heat", marks=pytest.mark.slow)])
 def test_load_and_approach_converge_at_second_order(name):
     """The mean of the expansion counts parts of elements: with whole ones the approach would be of first order."""

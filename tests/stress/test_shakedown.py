@@ -145,6 +145,7 @@ def test_histories_go_on_outside_the_domain(name: str, coefficient: float, truth
     assert np.count_nonzero(np.diff(np.sign(np.diff(below)))) == 1
 
 
+@pytest.mark.slow
 def test_what_falls_from_the_surface_has_no_estimate_below_it() -> None:
     """The first depth carries more than the peak below it: another first depth would have another value."""
     result = solve(strong_circle(0.4, 24))

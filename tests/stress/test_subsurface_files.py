@@ -214,6 +214,7 @@ def test_comparison(full: Path, tmp_path: Path) -> None:
     assert "subsurface.lower.von_mises" not in done.stdout
 
 
+@pytest.mark.slow
 def test_sweeps_have_the_columns(tmp_path: Path) -> None:
     case = written(tmp_path, MECHANICAL + TABLE.format('"plane"'))
     over = "--over", "load.friction_coefficient=0,0.4"

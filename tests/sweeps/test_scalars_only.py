@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import os
 import shutil
 import signal
@@ -84,17 +83,7 @@ def test_an_array_over_the_swept_keys(serial: Path) -> None:
     assert found.force_y_N.attrs["long_name"] == "lateral creep force"
 
 
-def test_json_has_a_line_per_point_in_order(case: Path, serial: Path, tmp_path: Path) -> None:
-    copied(serial, tmp_path)
-    done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume", "--json")
-    records = [json.loads(line) for line in done.stdout.splitlines()]
-    assert [record["name"] for record in records] == [f"spheres_{n:04d}" for n in range(1, COUNT + 1)]
-    assert records[3]["work"]["grid"] == [8, 8]
-    assert records[3]["uncertainty"]["force_x_N"] is None  # one grid alone tells no error
-    assert records[3]["force_x_N"] == float(data(serial).force_x_N[0, 3])
-    assert_same(tmp_path, serial)
-
-
+@pytest.mark.slow
 def test_killed_and_resumed_gives_the_same_rows(case: Path, serial: Path, tmp_path: Path) -> None:
     words = [*COMMAND, "sweep", str(case), *SWEEP, "-o", str(tmp_path)]
     with subprocess.Popen(words, env=environment({}), stderr=subprocess.DEVNULL, start_new_session=True) as process:
@@ -111,6 +100,7 @@ def test_killed_and_resumed_gives_the_same_rows(case: Path, serial: Path, tmp_pa
     assert_same(tmp_path, serial)
 
 
+@pytest.mark.slow
 def test_more_values_keep_what_is_there(case: Path, serial: Path, tmp_path: Path) -> None:
     copied(serial, tmp_path)
     more = ("--over", f"{KEYS[1]}=0.0001,0.002,0.003", "--over", f"{KEYS[0]}=0.0005,0.006", *SWEEP[4:])

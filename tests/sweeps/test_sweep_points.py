@@ -211,6 +211,7 @@ def test_words_are_swept_and_a_point_of_a_list_is_named(case: Path, tmp_path: Pa
     assert (done.returncode, "--points load.normal_N=-5" in done.stderr) == (3, True)
 
 
+@pytest.mark.slow
 def test_a_sweep_leaves_out_deformation_at_all_points_or_at_none() -> None:
     """γ_c would jump by many times its error where one point leaves out what the next one computes."""
     points = Points(THERMAL.replace("grid = 16", "grid = 32"), "case.toml", "case",

@@ -60,6 +60,7 @@ def small() -> Result:
     return on_rollers({"roller_radius_mm": 500.0})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("patches", sampled(["curved", "planar"]))
 def test_large_rollers_are_straight_rails(patches: str) -> None:
     straight, rollers = on_rollers(patches=patches), on_rollers({"roller_radius_mm": 1e8}, patches=patches)
@@ -67,6 +68,7 @@ def test_large_rollers_are_straight_rails(patches: str) -> None:
         assert rollers.scalars[name] == pytest.approx(straight.scalars[name], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_small_rollers_are_felt_and_balanced(small: Result) -> None:
     """Contacts are shorter, and the wheelset finds the speed of the rollers."""
     straight, rollers = on_rollers(), small

@@ -505,6 +505,7 @@ def test_a_cone_on_an_arc_is_hertz_contact(patches):
     assert result.scalars["approach_max_um"] == patch.record["approach_um"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at_height", [False, SLOW(True)])
 def test_errors_of_patches_contain_that_of_their_loads(at_height):
     """Two patches share a load, or have one from a given height: coarse values are as far from finer ones as they say."""
@@ -531,6 +532,7 @@ def at_grid(side: int) -> Result:
     return solve(Case.parse(TEXT.replace("grid = 24", f"grid = {side}")))
 
 
+@pytest.mark.slow
 def test_an_angular_velocity_that_is_found_has_an_error():
     """Coarse values are as far from finer ones as they say; the power of the creep forces moves with it."""
     coarse, fine = at_grid(16), at_grid(32)
@@ -541,6 +543,7 @@ def test_an_angular_velocity_that_is_found_has_an_error():
     assert math.isnan(given.uncertainty["angular_velocity_rad_s"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shift", "yaw"), [
     (12.0, 30.0), SLOW(14.0, 40.0), SLOW(11.0, 26.0)])
 def test_a_wheelset_that_climbs_its_rail_has_an_end_and_a_mirror_image(shift, yaw):

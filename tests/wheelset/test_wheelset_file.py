@@ -110,6 +110,7 @@ def test_the_table_shows_them_with_their_errors(folder: Path) -> None:
     assert "wrote results/m.h5" in printed
 
 
+@pytest.mark.slow
 def test_pictures_of_the_file_are_those_of_the_run(folder: Path, stored: Result) -> None:
     drawn = call("plot", "results/m.h5", "-o", "plotted", cwd=folder, painted=True)
     assert drawn.returncode == 0, drawn.stderr

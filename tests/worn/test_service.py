@@ -81,6 +81,7 @@ def test_one_position_wears_as_its_patches_do() -> None:
         assert 1e3 * middle == pytest.approx(patch.record[y], abs=1.0)
 
 
+@pytest.mark.slow
 def test_worn_volumes_are_those_of_the_frictional_work() -> None:
     """Σ w κ T_γ/μ per distance, whatever the smoothing: the area on rows is that of the patches."""
     done = followed([[0.7, A], [0.3, B]], steps=2.5)
