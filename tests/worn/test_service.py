@@ -22,7 +22,7 @@ from thermoroll_cli.plots import style
 from thermoroll_cli.plots.service_figure import draw_service
 from thermoroll_cli.studies.worn.follow import Evolution
 from thermoroll_cli.studies.worn.outlines import Outline, flange
-from thermoroll_cli.studies.worn.service import depths_of, outlines_of, wearing
+from thermoroll_cli.studies.worn.service import depths_of, outlines_of
 from thermoroll_cli.tools.journal import JournalError
 
 RATE = 1e-5
@@ -268,7 +268,7 @@ def test_a_flange_that_does_not_wear_has_numbers_that_can_be_read(whole: Path, m
     """Its axis spans a thousandth of its height at least, not what rounding makes of it."""
     figures, rows = list[Figure](), csv.DictReader((whole / "results" / "m_wear.csv").read_text().splitlines())
     monkeypatch.setattr(style, "save", lambda figure, path, dpi: figures.append(figure))
-    new = outlines_of(wearing(BOTH))
+    new = outlines_of(BOTH.task)
     draw_service(whole / "m.png", "", [{name: float(value or "nan") for name, value in row.items()} for row in rows],
                  {name: (outline.points, outline.points) for name, outline in new.items()}, converged=True)  # fmt: skip
     (height,) = (axes for axes in figures[0].axes if axes.get_ylabel() == "flange height (mm)")

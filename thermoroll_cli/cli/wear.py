@@ -18,9 +18,8 @@ from thermoroll_cli.one_contact.refinement.plan import extent_of
 from thermoroll_cli.problem.names import UNCERTAINTY, column_of, unit_of
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
-from thermoroll_cli.studies.worn.follow import Evolution, asked_of
+from thermoroll_cli.studies.worn.follow import Evolution, wearing
 from thermoroll_cli.studies.worn.follow import wear as follow
-from thermoroll_cli.studies.worn.service import wearing
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section
@@ -53,8 +52,8 @@ def wear(
     options.check_not_both(resume, force)
     read, _ = options.read_task(case, settings, as_json=as_json)
     with options.recorded(case, as_json), options.solvable(read, str(case)):
-        problem = wearing(read)
-        asked = asked_of(problem)
+        what = wearing(read)
+        asked = what.asked
     options.check_writable(output)
     with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar, options.recorded(case, as_json):
 
@@ -70,7 +69,7 @@ def wear(
         done = follow(read, output, resume=resume, force=force, jobs=jobs, threads=threads, report=report,
                       command_line=options.command_line())
     to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
-    raise typer.Exit(deliver(Worn(read, done, extent_of(problem.contact.numerics)[1]), to))
+    raise typer.Exit(deliver(Worn(read, done, extent_of(what.task.contact.numerics)[1]), to))
 
 
 @dataclass

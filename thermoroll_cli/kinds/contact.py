@@ -28,9 +28,6 @@ class Contact(Kind):
     def check_one_contact(self) -> None:
         pass
 
-    def check_wear(self) -> None:
-        pass
-
     def warnings(self, task: Any) -> Iterable[str]:
         from thermoroll_cli.one_contact.refinement.expected_heat import expected_temperature_warning
         from thermoroll_cli.one_contact.steady_state.derived import derived_of
@@ -66,8 +63,9 @@ class ContactOverTime(Contact):
     def check_one_contact(self) -> None:
         raise Unsolvable("a contact over time has many states, and this takes one", "history", "a case without [history]")
 
-    def check_wear(self) -> None:
-        raise Unsolvable("the wear of a contact over time is not followed", "history", "a case without [history]")
+    @property
+    def without_wear(self) -> Unsolvable:
+        return Unsolvable("the wear of a contact over time is not followed", "history", "a case without [history]")
 
     def known(self, task: Any) -> tuple[Planned | None, Mapping[str, float], list[str]]:
         """Facts are those at the largest load."""

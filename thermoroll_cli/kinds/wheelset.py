@@ -42,9 +42,6 @@ class Wheelset(Kind):
         return GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf, upper_radius_x_mm=radius,
                              upper_radius_y_mm=radius)
 
-    def check_wear(self) -> None:
-        pass
-
     def wheelset(self, task: Any) -> Any:
         return task
 
@@ -65,8 +62,9 @@ class WheelsetOverTime(Wheelset):
 
         return wheelset_over_time(settings.history, super().task(settings, contact))
 
-    def check_wear(self) -> None:
-        raise Unsolvable("the wear of a contact over time is not followed", "history", "a case without [history]")
+    @property
+    def without_wear(self) -> Unsolvable:
+        return Unsolvable("the wear of a contact over time is not followed", "history", "a case without [history]")
 
     def wheelset(self, task: Any) -> Any:
         return task.problem

@@ -147,9 +147,10 @@ class Kind:
         """Raises Unsolvable unless it is one contact in a steady state."""
         raise Unsolvable(f"a {self.name} has several contacts, and this takes one", self.tables[-1], "[geometry] and load")
 
-    def check_wear(self) -> None:
-        """Raises Unsolvable unless its wear is followed."""
-        raise Unsolvable(f"the wear of {self.name}s is not followed", self.tables[-1], "[geometry], or [track] and [wheelset]")
+    @property
+    def without_wear(self) -> Unsolvable:
+        """Why the wear of a kind is not followed (`studies.worn`)."""
+        return Unsolvable(f"the wear of {self.name}s is not followed", self.tables[-1], "[geometry], or [track] and [wheelset]")
 
     def wheelset(self, task: Any) -> Any:
         """The wheelset of a task. Raises Unsolvable if there is none."""

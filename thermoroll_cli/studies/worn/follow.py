@@ -8,7 +8,7 @@ import math
 import os
 import pathlib
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,15 +18,13 @@ from thermoroll_cli.files.result.outcome import KIND, tree_of
 from thermoroll_cli.files.table_file import write_csv
 from thermoroll_cli.many_contacts.wheelset.curves import Points
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.many_contacts.wheelset.wheelset_result import solve_wheelset
 from thermoroll_cli.problem.columns import Columns
-from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.problem import Problem, Wear
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.studies.worn.evolution import ContactState, evolution
-from thermoroll_cli.studies.worn.service import outlines_of, positions_of, service, wearing, worn_outlines
 from thermoroll_cli.studies.worn.steps import WearState, reached
-from thermoroll_cli.studies.worn.wear_files import Snapshots, record_of, resumed, wear_node, worn_case, write_profiles
+from thermoroll_cli.studies.worn.wear_of_contact import WearOfContact
+from thermoroll_cli.studies.worn.wear_of_wheelset import WearOfWheelset
+from thermoroll_cli.studies.worn.wearing import Snapshots, Wearing, wear_node, write_profiles
 from thermoroll_cli.tools.journal import Journal
 from thermoroll_cli.tools.process import safe_point
 from thermoroll_cli.tools.runner import Workers, check_main_guard
@@ -101,10 +99,10 @@ def wear(
     """
     case = Case.of(case)
     with solvable(case, case.name):
-        task, positions = wearing(case), positions_of(case) if case.settings.wheelset is not None else []
-        asked = asked_of(task)
-        if jobs > 1 and positions:
+        what = wearing(case)
+        if what.shares_work and jobs > 1:
             check_main_guard()
+        asked = what.asked
         with contextlib.ExitStack() as stack:
             place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
             place.mkdir(parents=True, exist_ok=True)
@@ -114,57 +112,35 @@ def wear(
                                                   {"kind": "wear", "layout": LAYOUT, "case": content}, resume=resume,
                                                   lost=None if force else lambda steps: ""))
             state: WearState | None = None
-            for state in _states(task, positions, journal, Workers(jobs), threads):
+            for state in what.states(what.resumed(journal), journal, Workers(jobs), threads):
                 safe_point()
-                journal.keep(record_of(state))
+                journal.keep(what.record_of(state))
                 if report is not None:
                     report(state.steps, state.row)
             assert state is not None
             journal.update()
             records = [journal[str(step)] for step in range(state.steps + 1)]
             reason = state.reason or ("" if reached(asked, state) else "nothing slips, so nothing wears")
-            new = outlines_of(task) if isinstance(task, WheelsetProblem) else {}
-            outlines = {name: (outline.points, outline.worn) for name, outline in worn_outlines(new, state).items()}
-            done = Evolution(case, tuple(record["row"] for record in records), Snapshots.of(task, asked, records), outlines,
-                             _last_result(case, state, threads), reason)
-            return done if folder is None else replace(done, files=_written(done, place, state, command_line))
+            done = Evolution(case, tuple(record["row"] for record in records), what.snapshots(records), what.outlines(state),
+                             what.result(state, what.worn_case(state), threads), reason)
+            return done if folder is None else replace(done, files=_written(done, place, what, state, command_line))
 
 
-def asked_of(task: Problem | WheelsetProblem) -> Wear:
-    """What is asked for. Raises Unsolvable."""
-    asked = task.contact.wear
-    if asked is None or asked.distance == asked.depth:
-        raise Unsolvable("the case does not say how far the profiles wear", "wear", "a table with distance_km or depth_um")
-    if isinstance(task, WheelsetProblem) and asked.lower.wears and math.isinf(asked.lower.track_length):
-        raise Unsolvable("a rail has no circumference", "wear.lower",
-                         "track_length_m, the distance between two passages of a wheel")
-    return asked
+WAYS: Mapping[str, type[Wearing]] = {Problem.kind: WearOfContact, WheelsetProblem.kind: WearOfWheelset}
+"""How each kind of problem wears that does."""
 
 
-def _states(task: Problem | WheelsetProblem, positions: list[tuple[float, WheelsetProblem]], journal: Journal, workers: Workers,
-            threads: int) -> Iterator[WearState]:
-    start = resumed(journal)
-    if isinstance(task, WheelsetProblem):
-        return service(positions, start, journal, workers, threads)
-    assert start is None or isinstance(start, ContactState)
-    return evolution(task, start, threads=threads)
+def wearing(case: Case) -> Wearing:
+    """What wears in a case. Raises Unsolvable for kinds whose wear is not followed."""
+    kind = case.settings.kind
+    if kind.name not in WAYS:
+        raise kind.without_wear
+    return WAYS[kind.name](case)
 
 
-def _last_result(case: Case, state: WearState, threads: int) -> Result | None:
-    """The result with the profiles of `state` and the worn case."""
-    worn = worn_case(case, state)
-    if isinstance(state, ContactState):
-        assert state.result is not None
-        return state.result.with_case(worn.text, worn.to_json())
-    task = worn.task
-    assert isinstance(task, WheelsetProblem)
-    try:
-        return solve_wheelset(task, threads=threads).with_case(worn.text, worn.to_json())
-    except Unsolvable:  # as a position that the evolution ended with
-        return None
-
-
-def _written(done: Evolution, folder: pathlib.Path, state: WearState, command_line: str) -> tuple[pathlib.Path, ...]:
+def _written(
+    done: Evolution, folder: pathlib.Path, what: Wearing, state: WearState, command_line: str
+) -> tuple[pathlib.Path, ...]:
     stem = folder / f"{done.case.name}_wear"
     files = [stem.with_suffix(".csv")]
     write_csv(files[0], done.table)
@@ -172,4 +148,4 @@ def _written(done: Evolution, folder: pathlib.Path, state: WearState, command_li
         files.append(stem.with_suffix(".h5"))
         tree = tree_of(done.result)
         save(files[1], replace(tree, nodes={**tree.nodes, "wear": wear_node(done.table, done.snapshots)}), KIND, command_line)
-    return (*files, *write_profiles(folder, done.case, state))
+    return (*files, *write_profiles(folder, what, state))

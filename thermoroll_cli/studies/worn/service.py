@@ -22,7 +22,7 @@ from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProbl
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import solve_wheelset
 from thermoroll_cli.one_contact.steady_state.scalars import worn_per_passage
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.problem import BodyName, Problem, Wear, planar
+from thermoroll_cli.problem.problem import BodyName, Wear, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import passed_on, worst
 from thermoroll_cli.studies.worn.evolution import rate_errors
@@ -44,33 +44,24 @@ that the smoothing leaves, is largest at λ = 1.18 L; there a step is as deep as
 Outlines = dict[str, Outline]
 
 
-def wearing(case: Case) -> Problem | WheelsetProblem:
-    """What wears. Raises Unsolvable for kinds whose wear is not followed."""
-    case.settings.kind.check_wear()
-    task = case.task
-    assert isinstance(task, Problem | WheelsetProblem)
-    return task
-
-
 def positions_of(case: Case, source: str = "") -> list[tuple[float, WheelsetProblem]]:
     """The positions of a wheelset's service with their shares of the distance; without any its one position. `source` is the
     case in messages, by default its name.
 
     Raises CaseError for keys or values that a case cannot have, Unsolvable for those that are no position."""
     given = case.settings.wear and case.settings.wear.positions
-    base = case.task
-    assert isinstance(base, WheelsetProblem)
+    base: Any = case.task
     if not given:
         return [(1.0, base)]
     total, found = math.fsum(weight for weight, _ in given), []  # type: ignore[misc]
     for number, (weight, values) in enumerate(given, 1):
         assert isinstance(weight, int | float) and isinstance(values, dict)
         try:
-            task = case.with_values(values).task
+            task: Any = case.with_values(values).task
         except CaseError as cause:
             place = f"{source or case.name}: wear.positions, number {number}"
             raise CaseError([replace(f, source=place) for f in cause.findings]) from None
-        if not isinstance(task, WheelsetProblem) or _bodies(task) != _bodies(base):
+        if task.kind != base.kind or _bodies(task) != _bodies(base):
             raise Unsolvable(f"position {number} changes the wheelset, the track or the wear itself: {', '.join(values)}",
                              "wear.positions", "keys that say how the wheelset stands, moves, rubs and is loaded")
         found.append((weight / total, task))
