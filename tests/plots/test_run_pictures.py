@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tests.support import synthetic
-from tests.support.command_line import PATIENCE, THERMAL
+from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL
 from tests.support.scenes import solved, wheel_on_rail
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.plots import style as plot_style
+from thermoroll_cli.plots.maps import CONTACT, STICK
 from thermoroll_cli.plots.pictures import KINDS, draw, figure
 from thermoroll_cli.plots.run_frame import WITH, WITHOUT, borders_of, frame_of, limits_of, unit_for
 from thermoroll_cli.plots.style import readable
@@ -29,6 +31,7 @@ from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.names import QUANTITIES, SCALARS, Scalar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import row_of, scalar_text
+from thermoroll_cli.python_api import solve
 
 ALL = ["pressure", "traction", "heat_flux", "temperature", "centreline", "summary"]
 
@@ -272,6 +275,24 @@ def test_wide_contacts_are_turned_and_long_ones_are_said_not_to_be_to_scale() ->
         assert along.startswith("x (") and ("material flow ↓" in picture.axes[0].get_xlabel()) == turned
         assert ("axes not to scale" in picture.get_suptitle()) == note and "from below" in picture.get_suptitle()
         assert picture.axes[0].get_box_aspect() <= 1.6
+
+
+def test_stresses_have_their_unit_or_what_they_are_over() -> None:
+    result = solve(Case.parse(MECHANICAL + "[subsurface]\nlayers = 6\n").with_values({"numerics.grid": 8}))
+    plain, normalised = (figure(result, "subsurface_lower", normalised=flag) for flag in (False, True))
+    assert plain is not None and normalised is not None
+    assert plain.axes[1].get_xlabel() == r"von Mises stress $\sigma_\mathrm{vM}$ (MPa)"
+    largest = float(result.bodies["lower"].below_stressed["von_mises"].max())
+    assert float(plain.axes[1].lines[0].get_xdata().max()) == pytest.approx(1e-6 * largest)
+    assert normalised.axes[1].get_xlabel() == r"von Mises stress $\sigma_\mathrm{vM}/p_0$"
+    assert normalised.get_suptitle().endswith(f"p₀ = {result.of_problem['hertz_p0_MPa']:.4g} MPa")
+
+
+def test_borders_differ_on_any_ground() -> None:
+    """The core of a line is seen on light and dark maps alike, its casing on one of them."""
+    lower, upper = (np.array(to_rgb(colours[0])) for colours in (CONTACT, STICK))
+    assert np.abs(lower - upper).max() > 0.5 and min(lower.max(), upper.max()) > 0.9
+    assert CONTACT[1] == STICK[1]
 
 
 def test_borders_are_drawn_over_the_map_and_named() -> None:

@@ -36,8 +36,8 @@ from thermoroll_cli.plots.run_frame import (
 from thermoroll_cli.problem.names import Quantity
 from thermoroll_cli.tools.arrays import Array
 
-CONTACT, STICK = ("black", "white"), ("white", "black")
-"""Colours of a border and of its casing, which make it visible on any ground."""
+CONTACT, STICK = ("white", "black"), ("#38dfff", "black")
+"""Colours of a border and of its casing, which make it visible on any ground, and look on dark maps as in the legend."""
 LINE, CASING = 0.8, 2.0
 """Widths of a border and of its casing in points."""
 ONE_SIDED = 0.1
@@ -72,7 +72,8 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
         if (values := drawn.values(quantity, body)) is not None:
             if not (quantity.from_zero or whole):
                 values = _continued(values, drawn.state.fields["state"] > 0)
-            words = ", ".join(filter(None, (drawn.label, f"{body} body" if body else "")))
+            of_both = "both bodies" if any(name.endswith("_lower") for name in quantity.fields) else ""
+            words = ", ".join(filter(None, (drawn.label, f"{body} body" if body else of_both)))
             panels.append(Panel(drawn, values, drawn.maximum(quantity, body), words,
                                 quantity.maximum in frame.result.unbounded))
     largest = max((float(np.abs(panel.values).max()) for panel in panels), default=0.0)

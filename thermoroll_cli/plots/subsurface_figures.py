@@ -16,7 +16,7 @@ from thermoroll_cli.exact.shakedown_limits import CIRCLE_ELASTIC, CIRCLE_SHAKEDO
 from thermoroll_cli.physics.stress.strength import principal_and_shear, shear_yields
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import flow_label
-from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame
+from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame, unit_for
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import BodyStresses
@@ -25,18 +25,16 @@ LEVELS = 24
 
 
 def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
-    """The von Mises stress over p₀ on the plane of rolling through its maximum, the temperature on that through the hottest
-    point, if it is kept, and both along lines into the depth below the most stressed and the hottest point; of layers shear and
-    largest stresses around the interfaces. None where the problem does not ask for this body.
+    """The von Mises stress on the plane of rolling through its maximum, the temperature on that through the hottest point, if
+    it is kept, and both along lines into the depth below the most stressed and the hottest point; of layers shear and largest
+    stresses around the interfaces. None where the problem does not ask for this body.
 
     Elastic stresses stand beside the total where heat changes it visibly."""
     stresses = frame.result.bodies.get(body)
     if stresses is None:
         return None
-    # Over Hertz's peak pressure, or the largest pressure of bodies with profiles.
-    hertz, largest = frame.result.of_problem["hertz_p0_MPa"], frame.result.coupled.scalars["pressure_max_MPa"]
-    pressure, index = (hertz, "0") if math.isfinite(hertz) else (largest, r"\mathrm{max}")
-    stress = AxisScale(1e-6 / pressure, "", rf"von Mises stress $\sigma_\mathrm{{vM}}/p_{index}$")
+    factor, unit, over, note = _of_stress(frame, stresses)
+    stress = AxisScale(factor, unit, "von Mises stress", rf"$\sigma_\mathrm{{vM}}{over}$")
     interfaces = [face for face in getattr(frame.result.problem, body).interfaces if face < stresses.depths[-1]]
     y, stress_plane = _plane(frame, stresses, "von_mises", stresses.plane_y if interfaces else stresses.most_stressed.y)
     rows = 1 + (stresses.hottest is not None) + bool(interfaces)
@@ -69,14 +67,14 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         left, right = grid[-1]
         shear = np.hypot(stresses.plane["stress_xz"], stresses.plane["stress_yz"])
         principal, _ = principal_and_shear(np.stack([stresses.plane[name] for name in STRESSES]))
-        over = stress.words.rsplit("/", 1)[1]
-        _draw_plane(left, frame, stresses, shear, "viridis", replace(stress, words=rf"shear stress $|\tau_z|/{over}"))
+        _draw_plane(left, frame, stresses, shear, "viridis", replace(stress, words="shear stress", symbol=rf"$|\tau_z|{over}$"))
         for name, values, colour, dashes in (("von Mises stress", stresses.plane["von_mises"], style.AFTER, style.DASHED),
                                              ("shear stress", shear, style.BEFORE, "solid"),
                                              ("principal stress", principal, style.ALERT, style.DOTTED)):
             right.plot(values.max(axis=1) * stress.factor, stresses.depths * x.factor, color=colour, linestyle=dashes,
                        label=f"largest over x: {name}")
-        right.set(xlabel=rf"largest stress over x, $\sigma/{over}", ylabel=x.label.replace("x", "z"))
+        right.set(xlabel=replace(stress, words="largest stress over x,", symbol=rf"$\sigma{over}$").label,
+                  ylabel=x.label.replace("x", "z"))
         style.few_ticks(right, 5, 5, grid=True)
         for axes, colour in zip(grid[[0, -1]].flat, ("white", "0.3") * 2, strict=True):
             for depth in interfaces:
@@ -84,9 +82,19 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         for axes in grid[-1]:
             axes.set_ylim(min(2.0 * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
     style.add_headline(figure, frame.result.problem.title, frame.result.converged,
-                       ", ".join(filter(None, (f"{body} body", frame.place_words(y)))))
+                       ", ".join(filter(None, (f"{body} body", frame.place_words(y), note))))
     style.add_legend(figure, [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]])
     return figure
+
+
+def _of_stress(frame: RunFrame, stresses: BodyStresses) -> tuple[float, str, str, str]:
+    """How stresses are drawn: factor and unit, and in normalised pictures over Hertz's peak pressure, or the largest pressure
+    of bodies with profiles, by what a symbol is divided, and a note of it."""
+    if not frame.normalised:
+        return *unit_for("Pa", float(stresses.plane["von_mises"].max())), "", ""
+    hertz, largest = frame.result.of_problem["hertz_p0_MPa"], frame.result.coupled.scalars["pressure_max_MPa"]
+    pressure, index, words = (hertz, "p_0", "p₀") if math.isfinite(hertz) else (largest, r"p_\mathrm{max}", "largest pressure")
+    return 1e-6 / pressure, "", f"/{index}", f"{words} = {pressure:.4g} MPa"
 
 
 def _plane(frame: RunFrame, stresses: BodyStresses, name: str, y: float) -> tuple[float, Array]:
