@@ -230,9 +230,12 @@ def test_bad_data_name_file_and_line(tmp_path, monkeypatch, text, words):
     monkeypatch.chdir(tmp_path)
     Path("rig.toml").write_text(Case.from_dict(CASE).to_toml(), encoding="utf-8")
     Path("data.csv").write_text(text, encoding="utf-8")
-    done = invoke("fit", "rig.toml", "data.csv", "--free", KEYS[0], "--free", KEYS[1], "-o", "out")
+    asked = ("fit", "rig.toml", "data.csv", "--free", KEYS[0], "--free", KEYS[1], "-o", "out")
+    done = invoke(*asked)
     message = " ".join(done.stderr.replace("│", " ").split())
-    assert done.returncode == 2 and "data.csv" in message and words in message
+    assert done.returncode == 3 and "data.csv" in message and words in message and "Usage" not in message
+    record = json.loads(invoke(*asked, "--json").stdout)
+    assert record["valid"] is False and record["case"] == "data.csv" and record["errors"]
     assert not any(Path("out").glob("*"))
 
 
@@ -321,7 +324,9 @@ def test_units_behind_names_are_converted_and_words_of_rigs_have_a_hint(tmp_path
     assert {name: values.tolist() for name, values in read.varied.items()} == {"creepage.longitudinal": [0.007],
                                                                               "load.normal_N": [100.0]}
     assert read.values["force_x_over_load"].tolist() == [0.2] and read.deviations["force_x_over_load"].tolist() == [0.1]
+    assert read.written["creepage.longitudinal"] == ("%", 0.01)
     for header, told in (("SRR [%],force_x_N", "did you mean creepage.longitudinal?"),
+                         ("creepage_percent,force_x_N", r"did you mean creepage.longitudinal \[%\]?"),
                          ("creepage.longitudinal,mu", "did you mean force_x_over_load or load.friction_coefficient?"),
                          ("load [kN],force_x_N", r"did you mean load.normal_N \[kN\]?"),
                          ("load.normal_N [mm],force_x_N", "load.normal_N is in N, kN, MN")):

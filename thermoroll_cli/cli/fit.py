@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,6 @@ from thermoroll_cli.cli.tables import align
 from thermoroll_cli.files.case import Case, case_name
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.names import unit_of
-from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.studies.sweeps import fit as fitting
 from thermoroll_cli.studies.sweeps.measured import Measured
 
@@ -62,7 +60,7 @@ def fit(
         with options.solvable(read, str(case)):
             read.task  # noqa: B018  # asked for its errors
         fitting.Free.parse_all(free, read)
-    with options.usage("DATA.csv"):
+    with options.read_data(data, as_json):
         measured = Measured.read(data)
     asked = fitting.asked_of(read, measured, free)
     if not force:
@@ -73,7 +71,7 @@ def fit(
         if verbose or not quiet:
             streams.note(f"thermoroll: {read.name}: {count} cases solved")
 
-    with options.recorded(case, as_json), options.usage("DATA.csv"):
+    with options.read_data(data, as_json), options.recorded(case, as_json):
         found = fitting.fit(read, measured, free, jobs=jobs, skip_failed=skip_failed, report=report)
     to = Ending(output, as_json, options.plots_of(read, plots, no_plots), formats, dpi, written_report, quiet)
     raise typer.Exit(deliver(Fitted(read, found, asked), to))
@@ -127,6 +125,5 @@ class Fitted(Outcome):
 
 def _values(found: fitting.Fit) -> list[tuple[str, str, str]]:
     """Key, value with its interval, and unit of each value; then what is left of each scalar."""
-    values = [(key, (with_error(one.value, one.uncertainty_95) if math.isfinite(one.uncertainty_95) else f"{one.value:.4g}")
-               + one.remark, unit_of(key)) for key, one in found.parameters.items()]
+    values = [(key, one.text + one.remark, unit_of(key)) for key, one in found.parameters.items()]
     return values + [(f"rms of {scalar}", f"{value:.4g}", unit_of(scalar)) for scalar, value in found.rms.items()]

@@ -15,11 +15,12 @@ import typer
 
 from thermoroll_cli.cli import streams
 from thermoroll_cli.files import case_source
-from thermoroll_cli.files.case import Case, CaseError, Override, case_name
+from thermoroll_cli.files.case import Case, CaseError, Finding, Override, case_name
 from thermoroll_cli.files.case import solvable as solvable
 from thermoroll_cli.files.case_schema import entry_at, is_table, known_keys
 from thermoroll_cli.files.case_source import CaseSource
 from thermoroll_cli.problem.limits import Limit
+from thermoroll_cli.tools.atomic import ReadError
 
 if TYPE_CHECKING:
     from thermoroll_cli.problem.kinds import Task
@@ -209,6 +210,19 @@ def recorded(source: Path, as_json: bool) -> Iterator[None]:
         if as_json:
             streams.write_json(invalid_record(str(source), cause))
         raise
+
+
+@contextlib.contextmanager
+def read_data(data: Path, as_json: bool) -> Iterator[None]:
+    """Inside, what is wrong with the measured `data` is reported as a CaseError of that file, `recorded`."""
+    try:
+        yield
+    except CaseError:
+        raise
+    except (ValueError, ReadError) as cause:
+        text = str(cause).removeprefix(str(data)).lstrip(",: ")
+        with recorded(data, as_json):
+            raise CaseError([Finding(text, source=str(data))]) from None
 
 
 def read_task(case: Path, settings: Sequence[str] | None, *, as_json: bool) -> tuple[Case, Task]:

@@ -12,7 +12,8 @@ from thermoroll_cli.files.case_table import SI, quantity_of
 from thermoroll_cli.problem.names import ERROR, unit_of
 
 WORDS = {
-    "creepage.longitudinal": "srr sliderollratio slidetorollratio slip slipratio longitudinalslip slippage creep ξ ξx xi xix",
+    "creepage.longitudinal": "srr sliderollratio slidetorollratio slip slipratio longitudinalslip slippage creep creepage "
+                             "longitudinalcreepage ξ ξx xi xix",
     "creepage.spin_rad_mm": "spin spincreepage φ phi ψ psi",
     "load.normal_N": "normalload normalforce load force fn fz w",
     "load.friction_coefficient": "μ mu cof friction coefficientoffriction frictioncoeff tractioncoefficient",

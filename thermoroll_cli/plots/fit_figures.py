@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from scipy.interpolate import PchipInterpolator
 
 from thermoroll_cli.plots import style
-from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.tools.arrays import Array
 
@@ -22,9 +21,9 @@ def fit_figure(
     title: str, places: Array, over: str, measured: Mapping[str, Array], deviations: Mapping[str, Array],
     computed: Mapping[str, Array], band: Mapping[str, Array], found: Sequence[str], *, converged: bool = True,
 ) -> Figure:
-    """For each scalar `measured` (points,) the points at `places`, values of the key `over` ("": their numbers), with their
-    standard `deviations`, and the values `computed` there, over a key as a curve with its 95 % `band` (half of it); below, what
-    is measured less what is computed. The legend says what was `found`."""
+    """For each scalar `measured` (points,) the points at `places`, values of what they are `over` in words ("": their numbers),
+    with their standard `deviations`, and the values `computed` there, over a key as a curve with its 95 % `band` (half of it);
+    below, what is measured less what is computed. The legend says what was `found`."""
     with style.applied():
         count = len(measured)
         figure = style.new_figure((style.SINGLE, style.DOUBLE)[count > 1], style.SINGLE)
@@ -46,7 +45,7 @@ def fit_figure(
             below.axhline(0.0, color=style.AFTER)
             above.set_ylabel(_words(name))
             below.set_ylabel("measured −\ncomputed")
-            below.set_xlabel(words_of(over) if over else "number of the point")
+            below.set_xlabel(over or "number of the point", parse_math=False)
             for axes in (above, below):
                 axes.grid(visible=True)
             style.few_ticks(below, 5, 3)

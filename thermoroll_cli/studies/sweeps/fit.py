@@ -32,6 +32,7 @@ from thermoroll_cli.files.case_source import CaseSource, Override, key_path
 from thermoroll_cli.plots.fit_figures import Figure, fit_figure
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import PER_LENGTH, PLACES, known_as, unit_of
+from thermoroll_cli.problem.scalar_errors import number, with_error
 from thermoroll_cli.studies.sweeps.measured import OVER_LOAD, Measured, at_place, scalar_in
 from thermoroll_cli.studies.sweeps.points import Axis, Points, key_of
 from thermoroll_cli.studies.sweeps.sweep import summaries
@@ -146,6 +147,11 @@ class Parameter:
     doubt: str = "not determined"
 
     @property
+    def text(self) -> str:
+        """The value with its interval."""
+        return with_error(self.value, self.uncertainty_95) if math.isfinite(self.uncertainty_95) else number(self.value, 4)
+
+    @property
     def remark(self) -> str:
         """The doubt in brackets, to follow the value."""
         return f" ({self.doubt})" if self.doubt else ""
@@ -198,7 +204,7 @@ class Fit:
         rms = ", ".join(f"{scalar} {value:.3g}" for scalar, value in self.rms.items())
         head = [f"Fitted to {len(self.measured)} points of {self.measured.source} on {datetime.date.today().isoformat()};",
                 f"root mean square of computed less measured: {rms}."]
-        head += [f"{key} = {found.value:.6g}"
+        head += [f"{key} = {number(found.value, 6)}"
                  + (f" ± {found.uncertainty_95:.2g}, 95 %" if math.isfinite(found.uncertainty_95) else "") + found.remark
                  for key, found in self.parameters.items()]
         text = "".join(f"# {' '.join(line.split())}\n" for line in head) + "\n" + self.case.to_toml()
@@ -212,11 +218,12 @@ class Fit:
         measured = self.measured
         varying = [key for key, column in measured.varied.items() if np.ptp(column) > 0.0]
         over = varying[0] if len(varying) == 1 and self.band else ""
-        places = measured.varied[over] if over else np.arange(1.0, len(measured) + 1.0)
-        found = [f"{words_of(key).partition(' (')[0]} {one.value:.4g}"
-                 + (f" ± {one.uncertainty_95:.2g} {unit_of(key)}".rstrip() if math.isfinite(one.uncertainty_95) else "")
-                 + one.remark for key, one in self.parameters.items()]
-        return fit_figure(self.case.settings.title, places, over, measured.values, measured.deviations, self.computed,
+        unit, factor = measured.written.get(over, ("", 1.0))
+        places = measured.varied[over] / factor if over else np.arange(1.0, len(measured) + 1.0)
+        found = [f"{words_of(key).partition(' (')[0]} {one.text} {unit_of(key)}".rstrip() + one.remark
+                 for key, one in self.parameters.items()]
+        words = f"{words_of(over).partition(' (')[0]} ({unit})" if over and unit else words_of(over) if over else ""
+        return fit_figure(self.case.settings.title, places, words, measured.values, measured.deviations, self.computed,
                           self.band, found, converged=self.converged)
 
 

@@ -7,7 +7,7 @@ import math
 import os
 import pathlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,8 @@ import numpy as np
 from thermoroll_cli.files.case_schema import entry_at
 from thermoroll_cli.files.case_source import key_path
 from thermoroll_cli.files.csv_table import read_columns
-from thermoroll_cli.files.spellings import converted, in_own_units, meant
-from thermoroll_cli.problem.names import ALL_SCALARS, ERROR, PER_LENGTH, PLACES, UNCERTAINTY, known_as
+from thermoroll_cli.files.spellings import converted, in_own_units, meant, unit_in
+from thermoroll_cli.problem.names import ALL_SCALARS, ERROR, PER_LENGTH, PLACES, UNCERTAINTY, known_as, unit_of
 from thermoroll_cli.tools.arrays import Array
 
 OVER_LOAD = {"force_x_over_load": "force_x_N", "force_y_over_load": "force_y_N"}
@@ -30,13 +30,15 @@ class Measured:
     - `source`: the name of the file, for messages; `lines`: the number of each point in it;
     - `varied`: values by key of the case, (points,) in the units of the keys, and places of a history (`names.PLACES`);
     - `values`: values by scalar, (points,) in the units of the scalars;
-    - `deviations`: their standard deviations, likewise, of scalars that have them."""
+    - `deviations`: their standard deviations, likewise, of scalars that have them;
+    - `written`: units in which the file has varied values, by key, and their size in that of the key."""
 
     source: str
     lines: tuple[int, ...]
     varied: Mapping[str, Array]
     values: Mapping[str, Array]
     deviations: Mapping[str, Array]
+    written: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, data: Measured | Mapping[str, Sequence[float]] | str | os.PathLike[str]) -> Measured:
@@ -59,7 +61,7 @@ class Measured:
         Raises ValueError, with file and line: an unknown or a repeated column, no measured one, text, nan, a deviation that is
         not positive; OSError."""
         names, lines = read_columns(path, "a table of measured values")
-        names, factors = in_own_units(str(path), names)
+        heads, (names, factors) = names, in_own_units(str(path), names)
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise ValueError(f"{path}: the column {twice} stands there twice")
         columns: dict[str, list[float]] = {name: [] for name in names}
@@ -69,7 +71,9 @@ class Measured:
                     columns[name].append(float(cell) if factor == 1.0 else converted(float(cell), factor))
                 except ValueError:
                     raise ValueError(f'{path}, line {number}: {name} is "{cell}", not a number') from None
-        return cls._sorted(str(path), tuple(number for number, _ in lines), columns)
+        written = {name: (unit_in(head), factor) for name, head, factor in zip(names, heads, factors, strict=True)
+                   if factor != 1.0}
+        return replace(cls._sorted(str(path), tuple(number for number, _ in lines), columns), written=written)
 
     @classmethod
     def _sorted(cls, source: str, lines: tuple[int, ...], columns: Mapping[str, Sequence[float]]) -> Measured:
@@ -88,7 +92,9 @@ class Measured:
             elif name in PLACES or "minimum" in entry_at(key_path(name)):
                 varied[name] = array
             else:
-                near = [meant(name) or next(iter(difflib.get_close_matches(name, [*ALL_SCALARS, *OVER_LOAD], n=1)), "")]
+                key, unit = meant(name), unit_in(name)
+                own = f"{key} [{unit}]" if key and unit and unit != unit_of(key) else key
+                near = [own or next(iter(difflib.get_close_matches(name, [*ALL_SCALARS, *OVER_LOAD], n=1)), "")]
                 if near == ["load.friction_coefficient"]:  # rigs call so what they measure
                     near = ["force_x_over_load", *near]
                 hint = f"; did you mean {' or '.join(near)}?" if near[0] else ""
@@ -113,7 +119,9 @@ class Measured:
         """The points with these numbers."""
         chosen = [{name: column[list(kept)] for name, column in part.items()}
                   for part in (self.varied, self.values, self.deviations)]
-        return Measured(self.source, tuple(self.lines[number] for number in kept), *chosen)
+        varied, values, deviations = chosen
+        return replace(self, lines=tuple(self.lines[number] for number in kept), varied=varied, values=values,
+                       deviations=deviations)
 
     def in_newtons(self, loads: Sequence[float], load_name: str = "normal_N") -> Measured:
         """The same points with forces in place of forces over the load: that of the column load.normal_N, or of the cases that
@@ -128,7 +136,7 @@ class Measured:
         forces = {name: force if load_name == "normal_N" else PER_LENGTH[force] for name, force in OVER_LOAD.items()}
         values, deviations = ({forces.get(name, name): column * load if name in OVER_LOAD else column
                                for name, column in part.items()} for part in (self.values, self.deviations))
-        return Measured(self.source, self.lines, self.varied, values, deviations)
+        return Measured(self.source, self.lines, self.varied, values, deviations, self.written)
 
     def scale(self, name: str) -> Array:
         """What a difference in a scalar counts against: its standard deviations, else its largest value, (points,)."""
