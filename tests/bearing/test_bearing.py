@@ -170,6 +170,7 @@ def test_axes_follow_from_the_balance_of_tractions(
     assert result.work["contact_solves"] <= solves
 
 
+@pytest.mark.slow
 def test_contacts_are_those_of_the_same_contact_alone() -> None:
     content = case(**FEW, bearing__control="outer", subsurface__layers=6, strength__lower__shear_yield_MPa=900.0)
     content["material"] |= {"conductivity_W_mK": 46.0, "expansion_um_mK": 11.7, "diffusivity_mm2_s": 12.5}
@@ -358,6 +359,7 @@ def test_friction_frees_a_ball_that_the_inner_ring_hardly_touches() -> None:
     assert any("hardly touches ball 3, 4" in warning for warning in result.warnings)
 
 
+@pytest.mark.slow
 def test_a_warm_inner_ring_is_a_wider_one_with_a_wider_groove() -> None:
     """A rigid preload of 40 N, 10 balls of 7.144 mm on 31 mm, f = 0.57, 15 degrees: every length of a ring that is 40 K warmer
     grows by 11.7 · 40 · 10⁻⁶, its groove as well, and another bearing has these lengths when cold."""

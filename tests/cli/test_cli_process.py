@@ -55,11 +55,6 @@ def test_closed_standard_output(tmp_path: Path) -> None:
     os.close(writing)
 
 
-def test_head_reads_what_it_wants() -> None:
-    done = subprocess.run(["sh", "-c", f"{shlex.join(COMMAND)} schema | head -n 1"], capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("{\n", "")
-
-
 def test_standard_streams_may_be_missing(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
     # Files that are opened then have the numbers of the streams.

@@ -60,6 +60,7 @@ def test_the_map_of_friction_lies_between_both_coefficients() -> None:
     assert figure(solve(Case.parse(MECHANICAL, overrides=[Override.parse("numerics.grid=16")]).problem), "friction") is None
 
 
+@pytest.mark.slow
 def test_measured_creep_forces_of_a_locomotive() -> None:
     """Parameters were fitted to these points by others: this checks the form of the model and the program, not a prediction."""
     measured = reference("friction_eurosprinter_measured")

@@ -240,6 +240,7 @@ def test_elements_and_steps_until_every_row_is_accurate() -> None:
     assert max(finer.history["uncertainty.force_x_N"] / limit) <= case["numerics"]["accuracy"]
 
 
+@pytest.mark.slow
 def test_a_sweep_keeps_the_history_of_each_point(tmp_path: Path) -> None:
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 4})).to_toml())
     command: list[str | Path] = ["sweep", tmp_path / "ball.toml", "--over", "load.friction_coefficient=0.3,0.4", "-o",
@@ -530,6 +531,7 @@ def warm(begin: str, *, slow: float = 1.0, **tables: dict[str, Any]) -> dict[str
 TEMPERATURES = "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "temperature_rise_mean_lower_K"
 
 
+@pytest.mark.slow
 def test_steady_heat_stays_and_is_approached() -> None:
     """The first row is the steady state, and so is the last one, of a history that begins steady or cold."""
     stays, grows = (solve(warm(begin, history={"steps": steps})).history for begin, steps in (("steady", 8), ("pressed", 56)))
@@ -632,6 +634,7 @@ def test_friction_remembers_while_bodies_slide_without_rolling() -> None:
     assert coefficient[1:] / coefficient[:-1] == pytest.approx(math.exp(-speed * time / steps / 20e-6), rel=0.02)
 
 
+@pytest.mark.slow
 def test_friction_that_remembers_in_rolling() -> None:
     """The steady state stays, is the end of what begins from nothing, and a step that is long leads to it at once."""
     case = ball(friction=FALLING, numerics={"grid": 16}, rolling={"speed_m_s": 1.0})

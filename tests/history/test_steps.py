@@ -185,6 +185,7 @@ def test_the_steady_state_stays(unlike: bool) -> None:
     assert [moment.applications for moment in moments[1:]] == pytest.approx([6] * 5, abs=6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unlike", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_it_ends_in_the_steady_state(unlike: bool) -> None:
     """From nothing, and in one step that is much longer than the contact."""
@@ -281,6 +282,7 @@ def test_loads_that_change() -> None:
         column(by_approach, "normal_N")[0] * (np.linspace(70.0, 90.0, 5) / 70.0) ** 1.5, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_rows_change_nothing_but_the_steps() -> None:
     """A jump between two rows is a step of its own, and both parities of the grid, and one that is not square, agree."""
     places, values = (0.0, 1.1e-3, 1.1e-3, 6e-3), {ALONG: (0.001, 0.001, 0.003, 0.003)}

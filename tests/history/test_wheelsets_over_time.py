@@ -77,6 +77,7 @@ def test_constant_inputs_stay_in_the_steady_state_and_end_there() -> None:
     assert abs(ends["track_force_x_N"] - steady) < ends.uncertainty["track_force_x_N"] < 0.15 * abs(steady)
 
 
+@pytest.mark.slow
 def test_the_path_is_mirrored_with_the_wheel() -> None:
     """Also of a wheel that carries a load and rolls freely on a path: its velocity across is that of the path."""
     free = {"height_mm": None, "vertical_N": 237.0, "angular_velocity_rad_s": None}
@@ -92,6 +93,7 @@ def test_the_path_is_mirrored_with_the_wheel() -> None:
     assert np.ptp(right) > 1.0
 
 
+@pytest.mark.slow
 def test_the_velocity_is_that_of_the_path() -> None:
     """A wheel that moves along its own yaw has no lateral creepage."""
     keys = {"begin": "steady", "distance_mm": [0, 5], "steps": 1}

@@ -251,6 +251,7 @@ def test_states_that_coincide_are_one_curve() -> None:
     assert WITHOUT not in legend(figure) and len(diagram(figure, "frictional heat").get_lines()) == 2
 
 
+@pytest.mark.slow
 def test_forces_are_also_shown_over_the_friction_limit() -> None:
     columns = table(force_x_N=[float(row) for row in range(8)], friction_limit_N=[20.0] * 8)
     figure = drawn(columns, OVER)

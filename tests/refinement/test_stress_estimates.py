@@ -51,6 +51,7 @@ def test_edges_that_long_elements_do_not_see() -> None:
     assert 0.01 < abs(value - 0.1658) <= error < 0.1
 
 
+@pytest.mark.slow
 def test_a_peak_at_the_surface_is_no_peak_of_a_polynomial() -> None:
     """Stresses fall from the surface to the first depth, which lies far above the next ones: through these a polynomial rose to
     0.508 p₀. It is 0.474 on 160 elements."""

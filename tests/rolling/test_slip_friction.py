@@ -360,6 +360,7 @@ def test_a_force_above_the_maximum_is_told_at_bounded_cost() -> None:
     assert result.problem.prescribed_force == problem.prescribed_force
 
 
+@pytest.mark.slow
 def test_forces_along_one_creep_curve_share_it() -> None:
     inputs, solver = BRANCHES["input"], ContactSolver()
     first, second = (case({**inputs, "force_N": share * inputs["friction"] * inputs["normal_N"]}, 32) for share in (0.7, 0.72))

@@ -18,12 +18,10 @@ DISSIMILAR = SPINNING.replace(
     "[material.upper]\nyoungs_modulus_GPa = 3.0\npoisson_ratio = 0.4",
 )
 CASES = {
-    "mechanical": SPINNING.replace("grid = 16", "grid = [24, 16]"),
     "dissimilar": DISSIMILAR,
     "forced": MECHANICAL.replace("[creepage]\nlongitudinal = 0.003", "[force]\nlongitudinal_N = 15.0"),
-    "rolling": HOT,
     "sliding": HOT + '[thermal]\npeclet = "sliding"\n',
-    "stationary": HOT.replace("grid = 16", "accuracy = 0.05") + '[thermal]\npeclet = "stationary"\npartition = "matched"\n',
+    "stationary": HOT.replace("grid = 16", "grid = [24, 16]") + '[thermal]\npeclet = "stationary"\npartition = "matched"\n',
 }
 
 

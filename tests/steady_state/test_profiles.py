@@ -269,6 +269,7 @@ def test_symmetric_profiles_keep_the_half_problem(monkeypatch):
         assert half.coupled.scalars[key] == pytest.approx(whole.coupled.scalars[key], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_prescribed_forces_and_matched_heat():
     """The sum of both patches is the force asked for; heat, differential slip and spin take part."""
     heating = Heating(peclet="rolling", partition="matched", bulk_upper=50.0)

@@ -102,17 +102,6 @@ def test_scalars_are_those_of_the_fields(coated: Result) -> None:
     assert not [name for name in scalars if name in BOND_SCALARS and "lower" in name]
 
 
-def test_a_layer_of_the_bodys_material_changes_nothing() -> None:
-    """But for the depths of the peak's search; both bodies keep Hertz's contact."""
-    few = SubsurfaceRequest(layers=16)
-    plain = solved(STEEL, STEEL, few)
-    alike = solved(STEEL, replace(STEEL, layers=(Layer(1e-4, STEEL.youngs_modulus, STEEL.poisson_ratio),)), few)
-    assert alike.of_problem["hertz_p0_MPa"] == plain.of_problem["hertz_p0_MPa"]
-    for name, value in plain.subsurface.scalars.items():
-        assert alike.subsurface.scalars[name] == pytest.approx(value, rel=1e-3, abs=1e-3 * plain["hertz_p0_MPa"]), name
-    assert alike.subsurface.scalars["interface_shear_max_upper_MPa"] > 0.0
-
-
 def test_bodies_coated_alike_share_tables() -> None:
     problem = replace(rolling(grid=16), lower=COATED, upper=COATED, heating=MECHANICAL, subsurface=SubsurfaceRequest())
     assert "same coatings" in make_plan(problem).skipped["below the surface, tables of the second body"]

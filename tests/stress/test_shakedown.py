@@ -128,6 +128,7 @@ def test_strength_compares_with_what_is_needed_and_has_estimates() -> None:
         assert abs(scalars[name] - fine.subsurface.scalars[name]) <= error[name] * pressure, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "coefficient", "truth"), [("ball_bearing", 0.5, 174.3), ("wheel_rail", 0.38, 121.2)])
 def test_histories_go_on_outside_the_domain(name: str, coefficient: float, truth: float) -> None:
     """Without friction. The truth is that of 512 elements along 4.4 half-lengths; histories that end with the domain give 162.7

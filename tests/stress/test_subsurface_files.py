@@ -203,6 +203,7 @@ def test_xdmf_shows_both_bodies(full: Path, tmp_path: Path) -> None:
             assert file[inside][0, 3, 0, 0] == pytest.approx(read_result(full).x[3], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_comparison(full: Path, tmp_path: Path) -> None:
     """Equal to itself; other layers and less fields are differences, and another load is one of the scalars."""
     assert call("compare", full, full).returncode == 0

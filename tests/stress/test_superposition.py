@@ -61,6 +61,7 @@ def largest_errors(n, pe):
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pe", [5.0, *(pytest.param(pe, marks=pytest.mark.slow) for pe in (0.0, 100.0))])
 def test_fields_of_hertz_loads(pe):
     """Exact to 1e-12 at twelve points; ours to 1e-4 at N = 128, at more than second order."""

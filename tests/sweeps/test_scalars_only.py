@@ -62,6 +62,7 @@ def assert_same(folder: Path, serial: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == ["sweep.csv", "sweep.h5", "sweep.jsonl"]
 
 
+@pytest.mark.slow
 def test_rows_are_those_of_a_sweep_with_files(case: Path, serial: Path, tmp_path: Path) -> None:
     few = ("--over", f"{KEYS[0]}=0.0005,0.0016", "--over", SWEEP[3], "--set", "numerics.grid=8", "--no-plots", "-q")
     call("sweep", case, *few, "-o", tmp_path)

@@ -69,6 +69,7 @@ def test_a_given_creepage_is_not_shown_again_and_what_never_changes_only_once(ca
     assert "gamma_p = 1" in told and "gamma_c = 1" in told and "gamma_p" not in printed_columns(done.stdout)
 
 
+@pytest.mark.slow
 def test_a_point_without_a_steady_state_has_its_own_scalars_and_a_reason(tmp_path: Path) -> None:
     (tmp_path / "spheres.toml").write_text(HOT)
     over = ("--over", "rolling.speed_m_s=100,5e3")

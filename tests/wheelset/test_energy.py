@@ -25,6 +25,7 @@ def forces(patches: str, shift: float, **given: float) -> tuple[float, float, fl
     return summary["height_mm"], summary["track_force_y_right_N"], summary["track_force_z_right_N"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("patches", "text"), [
     ("curved", "0.02 % of F_z"), pytest.param("planar", "0.33 %)", marks=pytest.mark.slow)])
 def test_lateral_force_is_the_gradient_of_the_energy(patches: str, text: str) -> None:

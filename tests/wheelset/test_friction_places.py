@@ -273,6 +273,7 @@ def test_other_commands_take_friction_of_places(tmp_path):
     assert row["worn_volume_upper_cm3"] * 1e3 == pytest.approx(1e-4 * 8e4 * 0.1 * 1e3 * row["distance_km"], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_wheelset_with_a_lubricated_flange_wears_and_is_swept(tmp_path):
     """Worn volume κ ∫ p s: of Tγ with the coefficient of each place, so more than by the largest coefficient alone."""
     case = Case.read(ROOT / "cases" / "manchester.toml").with_values({

@@ -322,6 +322,7 @@ def test_a_case_survives_its_json():
     assert Case.from_json(case.to_json()).task == case.task
 
 
+@pytest.mark.slow
 def test_a_sweep_onto_the_flange_starts_anew():
     """The next point rests on the flange, of which the last one says nothing: few rounds find what one alone finds."""
     text = TEXT.replace("yaw_mrad = 9.6", 'yaw_mrad = 0.0\nwheels = "right"').replace("grid = 24", "grid = 12")
