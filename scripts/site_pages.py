@@ -29,8 +29,8 @@ JOBS = {
         "angular_contact": "bearing", "ball_bearing": "summary", "ball_in_groove": "traction", "crowned_roller": "profile",
         "coated_ball": "subsurface_upper", "coated_ball_heat": "summary"},
     "Gears, discs and drives": {
-        "gear_pair": "traction", "rolling_start": "history", "twin_disc": "track", "twin_disc_lewis": "traction",
-        "twin_disc_wear": "traction", "hot_sliding": "subsurface_upper"},
+        "gear_pair": "traction", "rolling_start": "history", "dent": "surface", "twin_disc": "track",
+        "twin_disc_lewis": "traction", "twin_disc_wear": "traction", "hot_sliding": "subsurface_upper"},
     "Polymer rollers": {"polymer_roller": "pressure", "polymer_tyre": "pressure"},
     "The article": {
         **{f"article_3_1_case_{number}": "traction" for number in range(1, 6)}, "article_4_1": "pressure",

@@ -34,6 +34,7 @@ SMALLER = (
     (r"(conicity cases/manchester\.toml)(?: --amplitude \S+)?", r"\1 --amplitude 2:4:2"),
     (r"(run cases/angular_contact\.toml)", r"\1 --set bearing.control=outer"),
     (r"(run cases/rolling_start\.toml)", r"\1 --set history.steps=6"),
+    (r"(run cases/dent\.toml)", r"\1 --set history.steps=4 --set numerics.grid=16"),
     (r"((?:run|sweep) cases/corrugation\.toml)", r"\1 --set history.steps=4"),
     (r"load\.friction_coefficient=0\.2,0\.3,0\.4", "load.friction_coefficient=0.2,0.3"),
     (r"for v in 50 100 200", "for v in 50"),

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.support.command_line import call
 from thermoroll_cli import Case, Result, solve
+from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.problem.surface import Dent, Flat, Heights, Measured, SurfacesInContact, Wave
 
 MODULUS = 210e9 / 2.0 / (1.0 - 0.3**2)
@@ -145,3 +148,56 @@ def test_errors_fall_with_the_square_of_elements_and_steps() -> None:
         work, heat, stored = (column(over, name) for name in ("work_J", "heat_J", "elastic_energy_J"))
         missing.append(abs(work - heat - stored + stored[0])[-1] / heat[-1])
     assert missing[1] < 0.1 * missing[0] < 2e-4
+
+
+def test_exchange_mirror_and_units() -> None:
+    """The same surface on the other body with −ξ, in the mirror, and in other units of length gives the same pressure."""
+    rolling = {"speed_m_s": 1.0, "differential_slip": False}  # which the shapes do not exchange
+    case, other = (over_time(20, 0.12, 4, creepage={"longitudinal": sign * 0.001, "lateral": 0.0005 * sign}, rolling=rolling)
+                   for sign in (1.0, -1.0))
+    surface = Measured(1e-7 * np.random.default_rng(2).normal(size=(40, 25)), (20e-6, 20e-6), -100e-6, -240e-6)
+    result = rolled(case, lower=surface)
+    exchanged = rolled(other, upper=surface)
+    np.testing.assert_allclose(exchanged.fields["pressure"], result.fields["pressure"], rtol=0.0, atol=1e-6 * 2e9)
+    assert exchanged["force_x_N"] == pytest.approx(-result["force_x_N"], rel=1e-5)
+    reflected = replace(surface, heights=surface.heights[:, ::-1])
+    mirrored = rolled(case | {"creepage": {"longitudinal": 0.001, "lateral": -0.0005}}, lower=reflected)
+    np.testing.assert_allclose(mirrored.fields["pressure"][:, ::-1], result.fields["pressure"], rtol=0.0, atol=1e-6 * 2e9)
+    assert mirrored["force_y_N"] == pytest.approx(-result["force_y_N"], rel=1e-5)
+    large = over_time(20, 12.0, 4, creepage=case["creepage"], rolling=rolling)
+    large["geometry"] = {name: 100.0 * value for name, value in case["geometry"].items()}
+    large["load"]["normal_N"] = 1e6
+    large["history"]["values"] = {"load.normal_N": [1e6, 1e6]}
+    scaled = rolled(large, lower=Measured(100.0 * surface.heights, (2e-3, 2e-3), -10e-3, -24e-3))
+    np.testing.assert_allclose(scaled.fields["pressure"], result.fields["pressure"], rtol=0.0, atol=1e-6 * 2e9)
+
+
+def test_split_in_two_and_what_a_run_writes(tmp_path: Path) -> None:
+    """A history in two parts: the second goes on where the surfaces of the first stand. Columns, fields and pictures."""
+    case = over_time(16, 0.3, 6)
+    case["history"] |= {"fields_every": 2}
+    case["surface"] = {"lower": {"kind": "dent", "depth_um": 0.4, "radius_mm": 0.05, "start_mm": 0.25}}
+    whole = solve(Case.from_dict(case))
+    case["history"] |= {"distance_mm": [0.0, 0.15], "steps": 3}
+    (tmp_path / "one.toml").write_text(Case.from_dict(case).to_toml())
+    assert call("run", tmp_path / "one.toml", "-o", tmp_path / "results", painted=True).returncode == 0
+    names = {path.name for path in (tmp_path / "results").iterdir()}
+    assert {"one_surface.png", "one_surface_height.png", "one_history.h5"} <= names
+    table = read_table(tmp_path / "results" / "one_history.h5", with_fields=True)
+    assert "surface_height" in table.states[2].fields
+    del case["history"]["distance_mm"]
+    case["history"] |= {"time_s": [0.0, 0.15e-3], "steps": 3, "begin": str(tmp_path / "results" / "one.h5")}
+    case["surface"]["lower"]["start_mm"] = 0.25
+    second = solve(Case.from_dict(case))
+    assert second.history is not None and whole.history is not None
+    for name in ("pressure_max_MPa", "contact_area_mm2", "surface_lower_x_mm"):
+        np.testing.assert_allclose(column(second, name), column(whole, name)[3:], rtol=1e-6)
+    assert column(second, "contact_spots").min() >= 1.0
+    np.testing.assert_allclose(column(second, "pressure_max_smooth_MPa"), 1370.9, rtol=1e-3)
+
+
+def test_a_surface_of_small_waves_is_not_called_known() -> None:
+    """The largest pressure may be larger by what elements do not see: waves shorter than they are."""
+    case = over_time(16, 0.05, 4)
+    fine = rolled(case, lower=Wave(0.02e-6, 8e-6, 0.3))
+    assert fine.uncertainty["pressure_max_MPa"] > 0.3e-6 * 0.5 * MODULUS * 0.02e-6 * 2.0 * np.pi / 8e-6

@@ -52,8 +52,9 @@ def show(
             "memory_bytes": _memory(read, plan), "seconds": plan.seconds,
             "picture_seconds": _picture_seconds(read.plots, task.contact, plan),
             "upper_bound": task.contact.numerics.accuracy is not None, **plan.in_words.record}
-        streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **facts, "warnings": warnings,
-                            **planned})
+        surfaces = {"surfaces": {key: found.record() for key, found in read.surfaces.items()}} if read.surfaces else {}
+        streams.write_json({"name": read.name, "inputs": inputs, "profiles": read.profiles, **surfaces, **facts,
+                            "warnings": warnings, **planned})
         return
     width, title = streams.width(), read.settings.title
     table = [("inputs", "", "in SI")]
@@ -62,6 +63,8 @@ def show(
     if read.profiles:
         lines += "files as they were read", *with_remarks(
             [(key, read.readings[key].words(record)) for key, record in read.profiles.items()], width)
+    if read.surfaces:
+        lines += "surfaces", *with_remarks([(key, found.words(found.record())) for key, found in read.surfaces.items()], width)
     meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS | dict(kind.meanings)
     lines += "known before solving", *with_remarks(
         [(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width)

@@ -26,8 +26,10 @@ from thermoroll_cli.files.case_source import (
     parse_source,
     read_source,
 )
+from thermoroll_cli.files.case_surface import MadeSurface, shown_surfaces
 from thermoroll_cli.files.column_files import FromFile
 from thermoroll_cli.files.profile_file import Reading
+from thermoroll_cli.files.surface_file import MeasuredSurface
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import Task
@@ -195,6 +197,12 @@ class Case:
             else:
                 records[key] = reading.record()
         return records
+
+    @property
+    def surfaces(self) -> dict[str, MadeSurface | MeasuredSurface]:
+        """How the surfaces of [surface] were made or read, by the keys of their tables."""
+        line = self.settings.load.normal_N_mm is not None
+        return shown_surfaces(self.settings.surface, self.settings.geometry, line=line)
 
     def to_toml(self) -> str:
         """The text of a case file that gives the same case again, with all defaults filled in."""

@@ -23,11 +23,13 @@ from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
 from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
+from thermoroll_cli.files.case_surface import SurfaceTable, reading_of
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.case_wheelset import OutlineTable
 from thermoroll_cli.files.column_files import FromFile, read_history, read_positions, read_series
 from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
 from thermoroll_cli.files.spellings import factor_of, meant, unit_in
+from thermoroll_cli.files.surface_file import MEASURED_IN
 from thermoroll_cli.one_contact.steady_state.derived import derived_of
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -261,6 +263,16 @@ class _Checker:
         if isinstance(table, HistoryTable) and table.begin and table.begin.endswith(".h5"):
             # The state before may be found later than the case is checked.
             changes["begin"] = os.path.abspath(os.path.join(os.path.dirname(self.source.name), table.begin))
+        if isinstance(table, SurfaceTable) and table.file is not None and table.kind is None:
+            # Its heights are too many for the text of a case.
+            table = table.model_copy(update={"file": os.path.abspath(
+                os.path.join(os.path.dirname(self.source.name), table.file))})
+            try:
+                reading_of(table, str(path[1]))
+            except (ValueError, OSError) as fault:
+                self._note((*path, "file"), str(fault), allowed=MEASURED_IN, hint=getattr(fault, "hint", ""))
+                return None
+            return table
         for source in (source for source in SOURCES if isinstance(table, source.table)):
             named, place = getattr(table, source.key), (*path, source.key)
             of_file = {key: getattr(table, key) for key in OF_A_FILE if getattr(table, key, None) is not None}
@@ -356,6 +368,9 @@ class _Checker:
             self._note((*table, key), "unknown key", hint=_unknown_key(table, str(key)), at_key=True)
 
     def _note(self, path: KeyPath, message: str, **details: Any) -> None:
+        # A table alone stands for a list of one.
+        path = tuple(part for place, part in enumerate(path)
+                     if not (part == 0 and isinstance(self.source.get(path[:place]), dict)))
         self.findings.append(self.source.finding(path, message, **details))
 
 def _place(path: KeyPath, location: tuple[Any, ...]) -> KeyPath:

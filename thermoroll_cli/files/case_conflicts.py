@@ -17,6 +17,7 @@ from thermoroll_cli.files.case_history import STATES, HistoryTable, history_faul
 from thermoroll_cli.files.case_line import LOAD, is_line, line_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
+from thermoroll_cli.files.case_surface import SurfacesTable, surface_faults
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.files.profile_file import outline_fault, point_fault, running_surface
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
@@ -71,7 +72,7 @@ def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
         _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings,
         _relaxation,
         _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _of_kind, _history, _line, _speed,
-        _accuracy_of)  # fmt: skip
+        _accuracy_of, _surface)  # fmt: skip
     return {check: tuple(inspect.signature(check).parameters) for check in checks}
 
 
@@ -473,6 +474,11 @@ def _history(sections: Sections, history: HistoryTable) -> Iterator[Conflict]:
     if history.begin and history.begin not in STATES:
         yield Conflict(("history", "begin"), "a result file does not tell what heat it has seen",
                        '"steady" or "pressed", or heat = false in [thermal]', at_key=True)
+
+
+def _surface(sections: Sections, surface: SurfacesTable) -> Iterator[Conflict]:
+    for path, message, allowed in surface_faults(sections, surface):
+        yield Conflict(path, message, allowed, at_key=len(path) < 4 or "missing" in message or "no key" in message)
 
 
 def _speed(sections: Sections, rolling: model.RollingTable) -> Iterator[Conflict]:

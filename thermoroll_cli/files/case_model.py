@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from thermoroll_cli.files.case_bearing import BearingTable
 from thermoroll_cli.files.case_history import HistoryTable
+from thermoroll_cli.files.case_surface import SurfacesTable
 from thermoroll_cli.files.case_table import (
     LARGEST_PROFILE,
     Allowed,
@@ -427,6 +428,7 @@ class Settings(Head):
     strength: StrengthTable | None = None
     wear: WearTable | None = None
     history: HistoryTable | None = None
+    surface: SurfacesTable | None = None
     output: OutputTable = Field(default_factory=OutputTable.model_construct)
 
     @property

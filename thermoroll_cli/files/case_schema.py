@@ -99,6 +99,9 @@ def _schema() -> Entry:
     tables = schema["$defs"]
     schema["properties"]["material"] = _material(schema["properties"]["material"], tables)
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
+    alone = {key: tables["Surface"][key] for key in ("properties", "additionalProperties")}
+    for entry in tables["Surfaces"]["properties"].values():
+        entry |= {"type": ["object", "array"], **alone}  # a table, or a list of tables
     schema["allOf"] = [_of_kinds([kind for kind in every_kind() if kind.base]),
                        {"if": {"not": {"required": ["friction"], "properties": {"friction": {"anyOf": [
                            {"required": [key]} for key in ("over_angle", "across", "left", "right")]}}}},

@@ -13,9 +13,10 @@ class Bearing(Kind):
     name, words = "bearing", "a ball bearing"
     tables = ("bearing",)
     rolls = False
-    refused = ("geometry", "track", "wheelset", "history", "creepage", "force", "wear", "load.normal_N", "load.normal_N_mm",
-               "load.hertz_pressure_MPa", "load.approach_um", "load.vertical_N", "rolling.speed_m_s", "friction.over_angle",
-               "friction.across", "friction.left", "friction.right", "thermal.lower", "thermal.upper")  # fmt: skip
+    refused = ("geometry", "track", "wheelset", "history", "surface", "creepage", "force", "wear", "load.normal_N",
+               "load.normal_N_mm", "load.hertz_pressure_MPa", "load.approach_um", "load.vertical_N", "rolling.speed_m_s",
+               "friction.over_angle", "friction.across", "friction.left", "friction.right", "thermal.lower",
+               "thermal.upper")  # fmt: skip
     refusal = "[bearing]", "[bearing] without it"
     solver = At("many_contacts.bearing.bearing_result.BearingSolver")
     warnings = At("many_contacts.bearing.bearing_result.bearing_warnings")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -57,8 +58,10 @@ class ContactOverTime(Contact):
 
     def task(self, settings: Any, contact: Any) -> Any:
         from thermoroll_cli.files.case_history import contact_over_time
+        from thermoroll_cli.files.case_surface import surfaces_of
 
-        return contact_over_time(settings.history, contact)
+        history = contact_over_time(settings.history, contact)
+        return replace(history, surfaces=surfaces_of(settings.surface, settings.geometry, line=contact.line))
 
     def check_one_contact(self) -> None:
         raise Unsolvable("a contact over time has many states, and this takes one", "history", "a case without [history]")

@@ -22,6 +22,9 @@ from thermoroll_cli.problem.scalar_errors import FORCES
 from thermoroll_cli.tools.arrays import AnyArray
 from thermoroll_cli.tools.atomic import write_bytes
 
+LEVELS = 5
+"""Lines of equal height of a surface that rolls through."""
+
 
 def draw_animation(path: pathlib.Path, results: Sequence[Result | State], key: str, values: Sequence[float]) -> pathlib.Path:
     """Write a GIF with a frame for each of the `results`, in the order of the `values` of the swept `key`.
@@ -70,9 +73,17 @@ def _map(axes: Axes, result: Result | State, results: Sequence[Result | State], 
     for inside, colour in ((state > 0, "white"), (state == 1, style.AFTER)):
         if inside.any() and not inside.all():
             axes.contour(1e3 * result.x, 1e3 * result.y, inside.T.astype(float), [0.5], colors=colour, linewidths=1.2)
+    heights, title = result.fields.get("surface_height"), "shear traction; orange: stick border"
+    if heights is not None:
+        # The same levels in all frames: they move with the surface.
+        ends = [[each.fields["surface_height"].min(), each.fields["surface_height"].max()] for each in results]
+        levels = np.linspace(np.min(ends), np.max(ends), LEVELS + 2)[1:-1]
+        if np.ptp(heights) > 0.0 and levels[0] < levels[-1]:
+            axes.contour(1e3 * result.x, 1e3 * result.y, heights.T, levels, colors="0.85", linewidths=0.4)
+            title += ", grey: heights"
     axes.set(xlim=(sides[:, 0].min(), sides[:, 1].max()), ylim=(sides[:, 2].min(), sides[:, 3].max()), aspect="equal",
              xlabel="x (mm), material flow →", ylabel="y (mm)", facecolor="0.2")
-    axes.set_title("shear traction; orange: stick border")
+    axes.set_title(title)
 
 
 def _line(axes: Axes, result: Result | State, results: Sequence[Result | State], largest: float) -> None:

@@ -216,6 +216,7 @@ FIELDS = _named(
     Field("displacement_elastic", "m", "normal elastic displacement, sum of both bodies; of a line contact above its least"),
     Field("displacement_thermal", "m", "thermal expansion towards each other, sum of both bodies"),
     Field("gap", "m", "distance between the deformed surfaces"),
+    Field("surface_height", "m", "height of both surfaces over their smooth shapes"),
 )
 """Fields of a state."""
 
@@ -319,6 +320,7 @@ QUANTITIES = {quantity.name: quantity for quantity in (
     Quantity("temperature", ("temperature_rise_lower", "temperature_rise_upper"), "temperature rise", "ΔT", "ΔT", "inferno",
              "temperature_rise_max_{}_K", from_zero=False),
     Quantity("friction", ("friction_coefficient",), "coefficient of friction", "μ", "μ", "viridis", from_zero=False),
+    Quantity("surface_height", ("surface_height",), "height of the surfaces", "h", "h", "cividis", from_zero=False),
     *(Quantity(field.name, (field.name,), field.name.replace("_", " "), field.symbol, field.symbol) for field in FIELDS.values()
       if field.symbol),
 )}  # fmt: skip
@@ -550,6 +552,10 @@ HISTORY_SCALARS = _named(
     Scalar("elastic_energy_J", "elastic energy of the shear tractions"),
     Scalar("work_J", "work of the tractions since the start", listed=True),
     Scalar("heat_J", "frictional heat since the start", listed=True),
+    Scalar("contact_spots", "parts of the contact that hang together", listed=True, given=True, diagram="spots of the contact"),
+    Scalar("pressure_max_smooth_MPa", "maximum pressure of the same load without heights", listed=True, given=True),
+    *(Scalar(f"surface_{body}_{axis}_mm", f"distance that the surface of the {body} body has moved {way}", given=True)
+      for body in BODIES for axis, way in (("x", "along rolling"), ("y", "across rolling"))),
 )  # fmt: skip
 """Scalars of a contact over time besides those of its state."""
 

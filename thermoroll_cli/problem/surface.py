@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -21,10 +21,94 @@ from thermoroll_cli.tools.arrays import AnyArray, Array
 
 DEGREE = 3
 """Of the splines through measured heights."""
+COUNTS = 0.01
+"""Share of the squared slope below which waves do not count."""
+BIN = 1.05
+"""Ratio of wave numbers that are told apart."""
+AROUND, SAMPLES = 3.0, 192
+"""Sides of the surroundings of a dent or a flat in its radii or half-lengths, and points along them, of its texture."""
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """How rough heights are: root mean squares of height (m) and slope, their `range` (m), and the squared slopes `power` of
+    waves with the wave numbers `waves` (2, n) in rad/m along and across."""
+
+    rms: float
+    range: float
+    waves: Array
+    power: Array
+
+    @classmethod
+    def of(cls, heights: Array, spacing: tuple[float, float], *, repeats: bool = False) -> Texture:
+        """The texture of `heights` (n, m) in m at points `spacing` (m) apart; if they `repeat`, in both directions."""
+        level = heights - heights.mean()
+        if not repeats:
+            # Ends that do not fit would look like short waves.
+            windows = [np.hanning(count + 2)[1:-1] if count > 2 else np.ones(count) for count in heights.shape]
+            level = level * np.multiply.outer(*(window / math.sqrt(np.mean(window**2)) for window in windows))
+        size = np.abs(np.fft.rfft2(level)) ** 2
+        size *= 2.0 / level.size**2
+        size[:, 0] *= 0.5
+        if heights.shape[1] % 2 == 0:
+            size[:, -1] *= 0.5
+        along = 2.0 * math.pi * np.abs(np.fft.fftfreq(heights.shape[0], spacing[0]))
+        across = 2.0 * math.pi * np.fft.rfftfreq(heights.shape[1], spacing[1])
+        size *= along[:, None] ** 2 + across**2
+        # Waves of nearly the same wave numbers are one, with their mean.
+        bins = [_bins(np.asarray(k)) for k in (along, across)]
+        power = _sums(size, *bins)
+        places = [_sums(size * k, *bins) for k in (along[:, None], across)]
+        there = power > 0.0
+        return cls(float(np.sqrt(np.mean((heights - heights.mean()) ** 2))), float(np.ptp(heights)),
+                   np.array([place[there] / power[there] for place in places]), power[there])
+
+    @property
+    def slope(self) -> float:
+        """Root mean square of the slope."""
+        return math.sqrt(float(self.power.sum()))
+
+    @property
+    def shortest(self) -> float:
+        """The wavelength (m) below which there is a hundredth of the squared slope; inf of a level surface."""
+        lengths = np.hypot(*self.waves)
+        order = np.argsort(-lengths)
+        share = np.cumsum(self.power[order])
+        if not share.size or lengths[order[0]] == 0.0:
+            return math.inf
+        return 2.0 * math.pi / float(lengths[order[np.searchsorted(share, COUNTS * share[-1])]])
+
+    def unseen(self, dx: float, dy: float) -> float:
+        """Root mean square of the slopes that means over elements of dx × dy (m) do not see."""
+        width = (dx, 0.0 if math.isinf(dy) else dy)
+        seen = math.prod(np.sinc(k * size / (2.0 * math.pi)) ** 2 for k, size in zip(self.waves, width, strict=True))
+        return math.sqrt(float((self.power * (1.0 - seen)).sum()))
+
+
+def _bins(waves: AnyArray) -> AnyArray:
+    """The number of the bin of each wave number, whose bins grow by `BIN`."""
+    least = float(waves[waves > 0.0].min(initial=math.inf))
+    if math.isinf(least):
+        return np.zeros(waves.size, dtype=int)
+    return np.where(waves > 0.0, np.round(np.log(np.maximum(waves, least) / least) / math.log(BIN)).astype(int) + 1, 0)
+
+
+def _sums(values: Array, along: AnyArray, across: AnyArray) -> Array:
+    """Sums of `values` (n, m) over the bins of rows and columns."""
+    rows = np.zeros((int(along.max()) + 1, values.shape[1]))
+    np.add.at(rows, along, values)
+    found = np.zeros((int(across.max()) + 1, rows.shape[0]))
+    np.add.at(found, across, rows.T)
+    return found
 
 
 class Heights(Protocol):
     """Heights that are known everywhere."""
+
+    @property
+    def texture(self) -> Texture:
+        """How rough they are."""
+        ...
 
     def over(self, along: Array, across: Array) -> Array:
         """Mean heights in m, (n, m), over the rectangles between rising places in m: `along` (n + 1,), `across` (m + 1,). The
@@ -51,6 +135,13 @@ class Sum:
 
     parts: tuple[Heights, ...]
 
+    @cached_property
+    def texture(self) -> Texture:
+        """That of independent surfaces together."""
+        each = [part.texture for part in self.parts]
+        return Texture(math.hypot(*(one.rms for one in each)), sum(one.range for one in each),
+                       np.concatenate([one.waves for one in each], axis=1), np.concatenate([one.power for one in each]))
+
     def over(self, along: Array, across: Array) -> Array:
         """As `Heights.over`."""
         return np.sum([part.over(along, across) for part in self.parts], axis=0)
@@ -68,6 +159,12 @@ class Measured:
     side: float = 0.0
     repeats: tuple[bool, bool] = (False, False)
     _columns: dict[bytes, Callable[[Array], Array]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def texture(self) -> Texture:
+        """How rough they are."""
+        repeats = self.repeats[0] and (self.repeats[1] or self.heights.shape[1] == 1)
+        return Texture.of(self.heights, self.spacing, repeats=repeats)
 
     def over(self, along: Array, across: Array) -> Array:
         """As `Heights.over`."""
@@ -120,6 +217,14 @@ class Wave:
     start: float = 0.0
     side: float = 0.0
 
+    @property
+    def texture(self) -> Texture:
+        """A single wave."""
+        k = 2.0 * math.pi / self.length
+        waves = np.abs([[k * math.cos(self.angle)], [k * math.sin(self.angle)]])
+        return Texture(abs(self.amplitude) / math.sqrt(2.0), 2.0 * abs(self.amplitude), waves,
+                       np.array([0.5 * (k * self.amplitude) ** 2]))
+
     def over(self, along: Array, across: Array) -> Array:
         """As `Heights.over`: the wave at the centre, less what its mean loses."""
         k = 2.0 * math.pi / self.length
@@ -140,16 +245,27 @@ class Dent:
 
         h = (c q − d) exp(−q),   q = r²/R²,
 
-    with the c that makes the shoulder the largest height. A negative depth is a bump."""
+    with the c that makes the shoulder the largest height. A negative depth is a bump. It comes again after each `turn` (m; inf:
+    once)."""
 
     depth: float
     radius: float
     shoulder: float = 0.0
     start: float = 0.0
     side: float = 0.0
+    turn: float = math.inf
+
+    @cached_property
+    def texture(self) -> Texture:
+        """That of its surroundings."""
+        ends = AROUND * self.radius * np.linspace(-1.0, 1.0, SAMPLES + 1)
+        around = self.over(ends + self.start, ends + self.side)
+        return Texture.of(around, (float(ends[1] - ends[0]),) * 2, repeats=True)
 
     def over(self, along: Array, across: Array) -> Array:
         """As `Heights.over`; in closed form, since a Gaussian is a product of one along and one across."""
+        if math.isfinite(self.turn):
+            along = along - self.turn * round((0.5 * float(along[0] + along[-1]) - self.start) / self.turn)
         (one, square), (other, square_across) = (
             _gaussian_means((ends - centre) / self.radius) for ends, centre in ((along, self.start), (across, self.side)))
         rise = self._rise
@@ -186,6 +302,13 @@ class Flat:
     def depth(self) -> float:
         """Largest depth without rounding in m."""
         return self.length**2 / (8.0 * self.radius)
+
+    @cached_property
+    def texture(self) -> Texture:
+        """That of its surroundings."""
+        ends = 0.5 * AROUND * self.length * np.linspace(-1.0, 1.0, SAMPLES + 1)
+        return Texture.of(replace(self, turn=math.inf).over(ends + self.start, np.array([0.0, 1.0])),
+                          (float(ends[1] - ends[0]), 1.0), repeats=True)
 
     def over(self, along: Array, across: Array) -> Array:
         """As `Heights.over`."""

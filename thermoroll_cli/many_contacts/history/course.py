@@ -13,7 +13,7 @@ import numpy as np
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.one_contact.steady_state.derived import pressed_to
 from thermoroll_cli.problem.kinds import Task
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.surface import Heights
 from thermoroll_cli.tools.arrays import Array
@@ -188,8 +188,14 @@ class History(OverTime):
         return self.problem
 
     def begins_at(self, distance: float) -> tuple[tuple[float, float], tuple[float, float]]:
-        """How far the material of the lower and of the upper body has moved (m) at the beginning, after a `distance` (m)."""
-        return ((distance, 0.0), (distance, 0.0)) if any(self.surfaces) else ((0.0, 0.0), (0.0, 0.0))
+        """How far the material of the lower and of the upper body has moved (m) at the beginning, after a `distance` (m): as
+        far as in the result that it goes on from, if that had surfaces."""
+        if not any(self.surfaces):
+            return (0.0, 0.0), (0.0, 0.0)
+        known = self.course.begin.numbers if isinstance(self.course.begin, Result) else {}
+        lower, upper = (tuple(1e-3 * known.get(f"surface_{body}_{axis}_mm", 1e3 * start)
+                              for axis, start in (("x", distance), ("y", 0.0))) for body in BODIES)
+        return (lower[0], lower[1]), (upper[0], upper[1])
 
     def problem_at(self, place: float, *, after: bool = False) -> Problem:
         """The problem at one place of the course; at a jump the one before it, or `after` it."""

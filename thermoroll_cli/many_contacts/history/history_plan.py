@@ -15,6 +15,7 @@ from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import InWords
+from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.tools.arrays import Array
 
 COARSEST = 8
@@ -24,6 +25,10 @@ FIRST, FINEST = 32, 256
 of the one before."""
 SHORTEST = 10.0
 """Least length of a line contact, in half-widths: its displacements are those in its middle."""
+PER_ELEMENT, PER_STEP = 0.25, 0.5
+"""Largest elements and steps over the shortest wavelength of a surface that counts."""
+STEEP = 0.1
+"""Slope (rad, rms) from which surfaces are steep."""
 FEW = 6
 """Steps below which errors are doubtful."""
 OF_BEGINNING, OF_STEP = 50, 14
@@ -88,7 +93,33 @@ def warnings_of(history: OverTime) -> list[str]:
     count = len(history.course.rows) - 1
     doubtful = count < FEW and history.problem.motion.speed > 0.0 and history.contact.numerics.accuracy is None
     few = [f"few steps ({count}): errors may be larger than estimated; set history.steps"] if doubtful else []
-    return [*few, *extent_of(history.contact.numerics)[1]]
+    rough = surface_warnings(history) if isinstance(history, History) and any(history.surfaces) else ()
+    return [*few, *extent_of(history.contact.numerics)[1], *rough]
+
+
+def surface_warnings(history: History) -> Iterator[str]:
+    """Warnings of surfaces whose waves, or slopes, the elements and steps of a history do not resolve."""
+    derived, rows = DerivedQuantities(history.largest), history.course.rows
+    extent, numerics = extent_of(history.contact.numerics)[0], history.contact.numerics
+    nx, ny = numerics.grid or (FIRST, FIRST)
+    grid = derived.grid((nx, ny), extent)
+    rolled = float(np.diff(history.clock(history.with_stops(rows))[1]).max(initial=0.0))
+    for body, surface in zip(BODIES, history.surfaces, strict=True):
+        if surface is None:
+            continue
+        texture, shortest = surface.texture, surface.texture.shortest
+        size = max(grid.dx, 0.0 if history.problem.line else grid.dy)
+        if numerics.accuracy is None and size > PER_ELEMENT * shortest:
+            enough = math.ceil(max(nx * grid.dx, 0.0 if history.problem.line else ny * grid.dy) / (PER_ELEMENT * shortest))
+            yield (f"elements of {1e6 * size:.3g} µm are large beside waves of {1e6 * shortest:.3g} µm of the {body} surface, "
+                   f"whose means they see: numerics.grid = {enough} resolves them")
+        if rolled > PER_STEP * shortest:
+            enough = math.ceil((len(rows) - 1) * rolled / (PER_STEP * shortest))
+            yield (f"steps of {1e6 * rolled:.3g} µm are long beside waves of {1e6 * shortest:.3g} µm of the {body} surface: "
+                   f"history.steps = {enough} follows them")
+        if texture.slope > STEEP:
+            yield (f"slopes of the {body} surface are {texture.slope:.2g} rad (rms): tractions act in the plane of the "
+                   "contact, and the slip of slopes over each other is left out")
 
 
 @dataclass(frozen=True)

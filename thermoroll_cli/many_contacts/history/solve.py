@@ -166,7 +166,8 @@ class _Level:
         lost = [] if self.interpolated <= LOST else [
             f"the state to begin with is interpolated from another grid: {100 * self.interpolated:.2g} % of its force was lost "
             "on the way and put back, and counts in the errors; take its grid and numerics.extent"]
-        errors = _errors(self.history, self.rows, self.coarser, self._last.here.grid.dx, self.interpolated)
+        grid = self._last.here.grid
+        errors = _errors(self.history, self.rows, self.coarser, (grid.dx, grid.dy), self.interpolated)
         return _result(self.history, self.rows, self._last, errors, [*self.warnings, *lost])
 
 
@@ -194,19 +195,21 @@ def over_rows(places: Array, known: Array, difference: Array) -> Array:
 
 
 def _errors(
-    history: History, rows: Sequence[Row], coarser: Sequence[Row], dx: float, interpolated: float = 0.0
+    history: History, rows: Sequence[Row], coarser: Sequence[Row], sides: tuple[float, float], interpolated: float = 0.0
 ) -> dict[str, Array]:
     """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at the same places. The
     difference counts `SAFETY` times, as for errors of first order, which jumps and kinks of inputs have, and `NARROW` times
-    more where slip is not resolved by elements of the length `dx`; there is a least error of `BORDER`. It changes its sign:
+    more where slip is not resolved by elements of the `sides` (m); there is a least error of `BORDER`. It changes its sign:
     an error is no less than that of the rows beside it, and than the mean of all, beside the `FLOOR` of tolerances. Those
     of work and heat are no less than what is missing between both and the stored energy. Where nothing rolls and all
     elements stick, a border that slips unseen rubs away a share of the largest force times the shift: that which slips in
     Cattaneo's line contact, and no more than an element. Where a difference may vanish by chance in all rows, another one
-    tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`. Forces, energies and the
+    tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`. Slopes that means over
+    elements do not see raise the largest pressure by E*/2 of them. Forces, energies and the
     shift also err by the share of the first force that was `interpolated`, until rolling over the contact's length has made
     the material forget it."""
     found: dict[str, Array] = {}
+    dx = sides[0]
     problem, of_problem = history.problem_at(rows[-1].place), _known(history.largest)
     columns = {name: np.array([row.scalars[name] for row in rows]) for name in rows[0].scalars}
     largest = {**of_problem, **{name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}}
@@ -248,6 +251,13 @@ def _errors(
         power, times = known_as("Q_F_W", columns), np.array([row.time for row in rows])
         lasted = np.diff(times, prepend=times[0])
         found[power] = np.maximum(found.get(power, 0.0), rubbed / np.where(lasted > 0.0, lasted, math.inf))
+    if any(history.surfaces) and "pressure_max_MPa" in found:
+        # What the elements do not see.
+        unseen = math.hypot(*(each.texture.unseen(*sides) for each in history.surfaces if each is not None))
+        largest_unseen = 0.5 * history.problem.contact_modulus * unseen
+        found["pressure_max_MPa"] = found["pressure_max_MPa"] + 1e-6 * largest_unseen
+        if "gamma_p" in found:
+            found["gamma_p"] = found["gamma_p"] + largest_unseen * columns["gamma_p"] / (1e6 * columns["pressure_max_MPa"])
     if "pressure_centre_MPa" in found and "pressure_max_MPa" in found:
         found["pressure_centre_MPa"] = np.maximum(found["pressure_centre_MPa"], MIDDLE * found["pressure_max_MPa"])
     return found

@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from thermoroll_cli.many_contacts.history.course import Beginning, History, When
 from thermoroll_cli.many_contacts.history.kept_steps import NOTHING_KEPT, KeptSteps
@@ -45,7 +46,7 @@ from thermoroll_cli.physics.numerics.convolution import Parities
 from thermoroll_cli.physics.numerics.grid import Grid, Prolongation
 from thermoroll_cli.problem.contact import Contact, Past, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.surface import Heights, SurfacesInContact
 from thermoroll_cli.tools.arrays import Array
@@ -294,6 +295,13 @@ class Stepper:
         scalars = {**reported.scalars, "elastic_energy_J": stored * here.grid.element_area, "work_J": reached.work,
                    "heat_J": reached.heat, "shift_x_um": 1e6 * reached.shift[0], "shift_y_um": 1e6 * reached.shift[1],
                    "power_balance_error": math.nan, "heat_conducted_W": math.nan}
+        if here.heights is not None:
+            reported = replace(reported, fields={**reported.fields, "surface_height": here.heights})
+            scalars |= {"contact_spots": float(scipy.ndimage.label(state.contact.normal.contact)[1]),
+                        "pressure_max_smooth_MPa": 1e-6 * here.pressure.isothermal.peak}
+            scalars |= {f"surface_{body}_{axis}_mm": 1e3 * place
+                        for body, surface, moved in zip(BODIES, self.surfaces, reached.end.moved, strict=True)
+                        if surface is not None for axis, place in zip("xy", moved, strict=True)}
         if not reached.rolls:
             # Over a distance rolled there is nothing.
             scalars |= dict.fromkeys(("creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm", "T_gamma_N",

@@ -1,0 +1,171 @@
+"""Surfaces in case files: what is made and read, what is refused and how it is said."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from thermoroll_cli import Case
+from thermoroll_cli.files.case_errors import CaseError
+from thermoroll_cli.problem.surface import Dent, Flat, Measured, Sum, Wave
+
+BALL: dict[str, Any] = {
+    "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.3},
+    "geometry": {"lower_radius_x_mm": math.inf, "lower_radius_y_mm": math.inf, "upper_radius_x_mm": 10.0,
+                 "upper_radius_y_mm": 10.0},
+    "load": {"normal_N": 100.0, "friction_coefficient": 0.1}, "rolling": {"speed_m_s": 1.0},
+    "history": {"distance_mm": [0.0, 0.3], "steps": 10, "values": {"creepage.longitudinal": [0.001, 0.001]}},
+    "numerics": {"grid": 32},
+}  # fmt: skip
+ROUGH = {"kind": "rough", "rms_um": 0.1, "shortest_mm": 0.03, "longest_mm": 0.3}
+
+
+def with_surface(changes: dict[str, Any] | None = None, **bodies: Any) -> dict[str, Any]:
+    content = copy.deepcopy(BALL) | {"surface": bodies}
+    for table, keys in (changes or {}).items():
+        content[table] = content.get(table, {}) | keys if keys is not None else None
+    return content
+
+
+def surfaces(**bodies: Any) -> Any:
+    return Case.from_dict(with_surface(**bodies)).task.surfaces
+
+
+def test_made_surfaces() -> None:
+    """Units, the defaults of each kind, sums, and roughness with its numbers."""
+    lower, upper = surfaces(
+        lower={"kind": "wave", "amplitude_um": 0.5, "wavelength_mm": 0.2, "angle_deg": 90.0, "start_mm": 0.1},
+        upper=[{"kind": "dent", "depth_um": 2.0, "radius_mm": 0.05, "offset_mm": 0.01},
+               {"kind": "flat", "length_mm": 0.4, "repeat": True}])  # fmt: skip
+    assert lower == Wave(0.5e-6, 0.2e-3, math.pi / 2.0, 0.1e-3)
+    assert upper == Sum((Dent(2e-6, 0.05e-3, side=0.01e-3), Flat(0.4e-3, 10e-3, 0.04e-3, turn=2.0 * math.pi * 10e-3)))
+    (rough, other), (again, _) = (surfaces(lower=ROUGH, upper=ROUGH | {"seed": 2}) for _ in range(2))
+    assert isinstance(rough, Measured) and rough.repeats == (True, True)
+    np.testing.assert_array_equal(rough.heights, again.heights)
+    assert not np.allclose(rough.heights, other.heights)
+    texture = rough.texture
+    assert texture.rms == pytest.approx(0.1e-6)
+    assert texture.shortest == pytest.approx(0.03e-3, rel=0.06)
+    # PSD ~ k^(−2−2H): a decade of its waves has 10^(2H) times the power of the next one.
+    k = np.hypot(*texture.waves)
+    power, octave = texture.power / k**2, 2.0 * math.pi / 0.24e-3 * 2.0 ** np.arange(3)
+    inside = [power[(k >= low) & (k < 2.0 * low)].sum() for low in octave]
+    np.testing.assert_allclose(np.log2(np.divide(inside[:-1], inside[1:])), 1.6, atol=0.35)
+    ground = surfaces(lower=ROUGH | {"lay_angle_deg": 90.0, "lay_ratio": 5.0})[0].texture
+    along, across = (np.sqrt((ground.power * (part / np.hypot(*ground.waves)) ** 2).sum()) for part in ground.waves)
+    assert 3.0 < along / across < 8.0  # waves across the lay are shorter: ground along y, it is rough along rolling
+
+
+@pytest.mark.parametrize("written", ["npy", "npz", "csv", "txt", "columns", "columns without some"])
+def test_files_of_heights(tmp_path: Path, written: str) -> None:
+    """Each way to write the same heights gives the same points; missing ones are filled in where that is asked for."""
+    heights = np.random.default_rng(3).normal(size=(12, 7))
+    table: dict[str, Any] = {"spacing_um": [2.0, 3.0], "remove": "none"}
+    path = tmp_path / f"heights.{written.split()[0]}"
+    if written == "npy":
+        np.save(path, heights)
+    elif written == "npz":
+        np.savez(path, heights=heights, other=np.zeros(3))
+    elif written == "csv":
+        path.write_text("\n".join(";".join(f"{value:.12g}".replace(".", ",") for value in row) for row in heights))
+    elif written == "txt":
+        np.savetxt(path, heights, header="heights in µm")
+    else:
+        table.pop("spacing_um")
+        x, y = np.meshgrid(2e-3 * np.arange(12) + 5.0, 3e-3 * np.arange(7), indexing="ij")
+        rows = np.stack([x, y, heights], axis=-1).reshape(-1, 3)
+        if "without" in written:
+            rows = np.delete(rows, 33, axis=0)
+            table["fill"] = "interpolate"
+            heights[33 // 7, 33 % 7] = np.nan
+        rows = np.random.default_rng(4).permutation(rows)
+        path.write_text("x y h\n" + "\n".join(" ".join(map(repr, row.tolist())) for row in rows))
+    surface = surfaces(lower={"file": str(path)} | table)[0]
+    known = np.isfinite(heights)
+    np.testing.assert_allclose(surface.heights[known], 1e-6 * heights[known], rtol=1e-9)
+    assert np.isfinite(surface.heights).all()
+    assert surface.spacing == pytest.approx((2e-6, 3e-6))
+    assert surface.side == pytest.approx(-9e-6)  # its middle lies at y = 0
+
+
+def test_heights_are_turned_levelled_and_smoothed(tmp_path: Path) -> None:
+    x, y = 1e-6 * np.arange(200)[:, None], 1e-6 * np.arange(80)
+    wave = 0.2e-6 * np.cos(2.0 * np.pi * x / 20e-6) * np.ones(80)
+    np.save(tmp_path / "tilted.npy", 1e9 * (wave + 3e-3 * x - 2e-3 * y + 5e-6))
+    table = {"file": str(tmp_path / "tilted.npy"), "spacing_um": 1.0, "unit": "nm"}
+    level = surfaces(lower=table)[0].heights
+    np.testing.assert_allclose(level, wave - wave.mean(), atol=4e-9)
+    turned = surfaces(lower=table | {"along": "y", "flip": True, "mirror": True, "remove": "none"})[0].heights
+    raw = surfaces(lower=table | {"remove": "none"})[0].heights
+    np.testing.assert_allclose(turned, -raw.T[:, ::-1])
+    smooth = surfaces(lower=table | {"smoothing_mm": 0.02})[0].heights
+    assert np.ptp(smooth[60:140]) == pytest.approx(0.5 * np.ptp(level[60:140]), rel=0.02)
+    bowl = surfaces(lower=table | {"remove": "polynomial", "degree": 2})[0].heights
+    assert abs(bowl.mean()) < 1e-12
+
+
+@pytest.mark.parametrize(("content", "key", "words"), [
+    (np.full((4, 4), np.nan), "file", "no point has a height"),
+    (np.where(np.eye(4) > 0, np.nan, 0.0), "file", "25 % of its 16 points"),
+    (np.zeros((1, 9)), "file", "is no surface"), (np.zeros((3, 3, 3)), "file", "is no surface"),
+    (np.array([[1e12, 0.0], [0.0, -1e12], [1e12, 1e12]]), "file", "unit"), (np.array([["a", "b"]]), "file", "no numbers"),
+    (b"hello\nworld\n", "file", "no numbers"), (b"", "file", "no heights"), (b"1 2 3\n4 5\n", "file", "2 values"),
+    (b"0 0 1\n1 0 1\n3 0.3 1\n3.5 1 1\n", "file", "regular grid"), (b"PK\x03\x04\x00", "file", "instrument"),
+    (b"1 2\n3 4\n", "file", "spacing_um"), (None, "file", "o such file"),
+])  # fmt: skip
+def test_hostile_files(tmp_path: Path, content: Any, key: str, words: str) -> None:
+    path = tmp_path / ("s.npy" if isinstance(content, np.ndarray) else "s.txt")
+    if isinstance(content, np.ndarray):
+        np.save(path, content)
+    elif content is not None:
+        path.write_bytes(content)
+    table = {"file": str(path), **({"spacing_um": 1.0} if isinstance(content, np.ndarray) else {})}
+    with pytest.raises(CaseError) as caught:
+        surfaces(upper=table)
+    finding = caught.value.findings[0]
+    assert finding.key == f"surface.upper.{key}"
+    assert path.name in str(caught.value) and words in f"{finding.message} {finding.hint} {finding.allowed}"
+
+
+@pytest.mark.parametrize(("changes", "table", "key", "words"), [
+    ({"history": None}, ROUGH, "surface", "history"),
+    ({"geometry": {"conformal": True, "lower_radius_x_mm": 30.0, "lower_radius_y_mm": -11.0}}, ROUGH, "surface", "conformal"),
+    ({}, {"kind": "wave", "amplitude_um": 1.0}, "surface.lower.wavelength_mm", "missing"),
+    ({}, {"kind": "dent", "depth_um": 1.0, "radius_mm": 0.1, "hurst": 0.5}, "surface.lower.hurst", "no key of a dent"),
+    ({}, {"kind": "wave", "file": "a.npy"}, "surface.lower", "file or a kind"), ({}, {}, "surface.lower", "file or a kind"),
+    ({}, {"kind": "flat", "length_mm": 1.0}, "surface.lower.kind", "convex"),
+    ({}, ROUGH | {"longest_mm": 0.02}, "surface.lower.longest_mm", "below"),
+    ({}, ROUGH | {"longest_mm": 300.0}, "surface.lower.longest_mm", "points"),
+    ({}, ROUGH | {"rms_um": -1.0}, "surface.lower.rms_um", "0"), ({}, ROUGH | {"rms": 1.0}, "surface.lower.rms", "rms_um"),
+    ({}, {"kind": "scratch"}, "surface.lower.kind", "known word"),
+])  # fmt: skip
+def test_what_surfaces_do_not_go_with(changes: dict[str, Any], table: dict[str, Any], key: str, words: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        Case.from_dict(with_surface(changes, lower=table))
+    found = [finding for finding in caught.value.findings if finding.key == key]
+    assert found and words in f"{found[0].message} {found[0].hint} {found[0].allowed}"
+
+
+def test_a_case_with_surfaces_is_shown_and_comes_back(tmp_path: Path) -> None:
+    """Numbers of each surface, warnings with what would do, and the same case from its resolved text."""
+    np.save(tmp_path / "ground.npy", np.random.default_rng(5).normal(size=(64, 64)))
+    content = with_surface(lower={"file": str(tmp_path / "ground.npy"), "spacing_um": 5.0}, upper=[ROUGH, ROUGH])
+    case = Case.from_dict(content)
+    assert Case.parse(case.to_toml()) == case and Case.from_json(case.to_json()) == case
+    (tmp_path / "case.toml").write_text(case.to_toml())
+    shown = call("show", tmp_path / "case.toml", "--json")
+    record = json.loads(shown.stdout)
+    assert list(record["surfaces"]) == ["surface.lower", "surface.upper.0", "surface.upper.1"]
+    assert record["surfaces"]["surface.upper.0"]["rms_um"] == pytest.approx(0.1)
+    assert record["surfaces"]["surface.lower"]["points"] == [64, 64]
+    elements, steps = (next(line for line in record["warnings"] if line.startswith(start) and "lower" in line)
+                       for start in ("elements", "steps"))
+    assert "numerics.grid = " in elements and "history.steps = " in steps
+    assert "rms slope" in call("show", tmp_path / "case.toml").stdout
