@@ -1,0 +1,58 @@
+"""Parts of pictures that a glance does not check: the arrow of a legend, axes of animations, how deep a panel reaches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tests.support import synthetic
+from tests.support.problems import STEEL, rolling
+from thermoroll_cli.plots import animation
+from thermoroll_cli.plots.maps import border_handles
+from thermoroll_cli.plots.run_frame import frame_of
+from thermoroll_cli.plots.subsurface_figures import subsurface_figure
+from thermoroll_cli.problem.problem import Heating, SubsurfaceRequest
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import solve
+
+
+def test_the_arrow_of_the_legend_is_symmetric_about_its_axis() -> None:
+    *_, arrow = border_handles(frame_of(synthetic.result()), arrows=True)
+    vertices = np.asarray(arrow.get_marker().vertices)  # type: ignore[attr-defined]
+    assert vertices[:, 0].min() == -1.0 and vertices[:, 0].max() == 1.0
+    mirrored = {(x, -y) for x, y in vertices.tolist()}
+    assert mirrored == {(x, y) for x, y in vertices.tolist()}
+
+
+def test_a_line_of_an_animation_fills_its_axes() -> None:
+    result, axes = synthetic.result(), Figure().subplots()
+    line = replace(result.coupled, fields={name: result.coupled.fields[name][:, 32] for name in ("shear_x", "shear_y")})
+    largest = float(np.hypot(*line.fields.values()).max())
+    animation._line(axes, line, [line], largest)
+    assert axes.get_xlim() == (1e3 * line.x[0], 1e3 * line.x[-1])
+    drawn = axes.lines[0].get_xydata()
+    np.testing.assert_allclose(drawn[[0, -1], 0], axes.get_xlim())
+    assert drawn[:, 1].max() == 1e-6 * largest < axes.get_ylim()[1] < 1.1e-6 * largest
+
+
+@cache
+def heated() -> Result:
+    """Two spheres that slide fast: their heat reaches a tenth of the depth of the stresses."""
+    problem = rolling(grid=16, body=STEEL, creepage=(0.05, 0.0), speed=100.0, heating=Heating(deformation=False))
+    return solve(replace(problem, subsurface=SubsurfaceRequest(("lower",), layers=16)))
+
+
+def test_the_panel_of_temperatures_ends_behind_the_heated_skin() -> None:
+    """At 1.25 times the first depth below the last one that has a hundredth of the largest rise."""
+    frame = frame_of(heated())
+    picture = subsurface_figure(frame, "lower")
+    assert picture is not None
+    below = heated().subsurface.bodies["lower"]  # type: ignore[union-attr]
+    rise = np.abs(below.plane["temperature_rise"]).max(axis=1)
+    skin = below.depths[1 + int(np.flatnonzero(rise > 0.01 * rise.max()).max())]
+    bottom, top = picture.axes[2].get_ylim()
+    assert 1.25 * skin < 0.7 * below.depths[-1]
+    assert top == 0.0 and bottom == 1.25 * skin * frame.lengths[0].factor
