@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import matplotlib
 import numpy as np
 import pytest
 import tomli_w
@@ -26,6 +27,7 @@ from thermoroll_cli.many_contacts.history.course import History
 from thermoroll_cli.many_contacts.history.history_plan import plan_of
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
 from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
+from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.result import Result
 
@@ -688,3 +690,24 @@ def test_a_domain_smaller_than_the_contact_grows_with_a_warning() -> None:
     single = solve({name: table for name, table in case.items() if name != "history"})
     warning = "numerics.extent = 1.5 is smaller than the contact: grown to 2.1"
     assert warning in over_time.warnings and warning in single.warnings and over_time.work["extent"] == 2.1
+
+
+def test_what_is_drawn_and_reported_of_a_stored_history_says_when_it_is(tmp_path: Path) -> None:
+    """The result file has the last state alone; the curves come from the table beside it."""
+    (tmp_path / "ball.toml").write_text(tomli_w.dumps(ball(numerics={"grid": 8}, history={"steps": 4})))
+    assert call("run", tmp_path / "ball.toml", "-o", tmp_path, "--no-plots", "-q").returncode == 0
+    result = read_result(tmp_path / "ball.h5")
+    assert result.last_of == "the last state, at 7 mm"
+    with matplotlib.rc_context():
+        picture = figure(result, "traction")
+    assert picture is not None and "the last state, at 7 mm" in picture.get_suptitle()
+    assert call("report", tmp_path / "ball.h5").returncode == 0
+    page = (tmp_path / "ball_report.html").read_text(encoding="utf-8")
+    assert "A contact over distance rolled, from 0 to 7 mm" in page and "The last state, at 7 mm, of two bodies" in page
+    assert "friction_limit_N" in page and "creep force" in page
+    drawn = call("plot", tmp_path / "ball.h5", "--format", "svg")
+    assert (tmp_path / "ball_history.svg").exists() and "ball_history.svg" in drawn.stdout
+    (tmp_path / "ball_history.h5").unlink()
+    (tmp_path / "ball_history.csv").unlink()
+    assert call("report", tmp_path / "ball.h5", "-o", tmp_path / "alone.html").returncode == 0
+    assert "The last state, at 7 mm, of two bodies" in (tmp_path / "alone.html").read_text(encoding="utf-8")

@@ -67,7 +67,8 @@ def _dispatch(arguments: Sequence[str]) -> int:
     except UsageError as fault:
         message = io.StringIO()
         fault.show(message)
-        streams.note(message.getvalue().rstrip())
+        # Some versions of typer pass on what pydantic puts before a message.
+        streams.note(message.getvalue().rstrip().replace(": Value error, ", ": "))
         return ExitCode.USAGE
     except SystemExit as end:
         if sys.stdout is not before:

@@ -107,7 +107,8 @@ Compare = Annotated[
 Data = Annotated[
     Path | None, typer.Option("--measured", metavar="DATA.csv", help="Sweeps: measured points in the picture, as of fit.")
 ]
-Report = Annotated[bool, typer.Option("--report", help="Also one HTML file with everything, to be sent: NAME_report.html.")]
+Report = Annotated[bool, typer.Option("--report", help="Also one HTML file with everything, to be sent: NAME_report.html, of a "
+                                     "sweep sweep_report.html, NAME_wear_report.html and so on.")]
 
 
 def image_formats(given: Sequence[ImageFormat] | None) -> tuple[str, ...]:

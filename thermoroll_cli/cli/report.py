@@ -7,7 +7,7 @@ import base64
 import re
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -20,7 +20,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.results import check_no_cases
 from thermoroll_cli.cli.tables import assembly_rows, swept_text, warnings_by_kind
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.table_file import read_stored
+from thermoroll_cli.files.table_file import history_beside, read_stored
 from thermoroll_cli.many_contacts.wheelset.conicity import NUMBERS, Conicity
 from thermoroll_cli.plots import pictures
 from thermoroll_cli.plots.conicity_figure import draw_conicity
@@ -31,6 +31,8 @@ from thermoroll_cli.problem.names import (
     ASSEMBLY_SCALARS,
     DIAGRAMS,
     HISTORY_SCALARS,
+    LINE_PROBLEM_SCALARS,
+    PROBLEM_SCALARS,
     column_of,
     unit_of,
 )
@@ -121,10 +123,11 @@ def report(
     if target.suffix.lower() not in (".html", ".htm"):
         raise typer.BadParameter(f"{target} is no HTML file: end its name with .html", param_hint="--output")
     # All of them are read before the first picture is drawn.
-    stored = [read_stored(path) for path in results]
+    stored = [(read_stored(path), history_beside(path)) for path in results]
     options.check_writable(target.parent)
-    write(target, [of_result(found, path.stem) if isinstance(found, Result) else of_columns(found, path.stem)
-                   for found, path in zip(stored, results, strict=True)])  # fmt: skip
+    write(target, [of_columns(found, path.stem) if not isinstance(found, Result) else
+                   of_result(found, path.stem) if history is None else of_history(found, history, path.stem)
+                   for (found, history), path in zip(stored, results, strict=True)])  # fmt: skip
     if not quiet:
         streams.write(str(target))
 
@@ -181,7 +184,8 @@ def of_result(result: Result, name: str) -> Section:
             " and thermal expansion" if result.coupled is not result.isothermal else ", which does not change the contact here")
         friction = problem.friction
         bodies = "cylinders, a line contact per mm of length" if problem.line else "bodies in rolling contact"
-        what = [f"Two {bodies}: {load}, "
+        at = f"{result.last_of[0].upper()}{result.last_of[1:]}, of two" if result.last_of else "Two"
+        what = [f"{at} {bodies}: {load}, "
                 + (f"coefficient of friction {number(friction.coefficient)}" if friction.law is None
                    else f"friction after the law {friction.law.kind}")
                 + f", speed {number(problem.motion.speed)} m/s, {heat}."]  # fmt: skip
@@ -197,6 +201,13 @@ def of_result(result: Result, name: str) -> Section:
         METHOD_OVER_TIME if HISTORY_SCALARS.keys() & result.coupled.scalars.keys() else METHOD,
         skipped=[f"Left out: {'; '.join(f'{stage} ({why})' for stage, why in skipped.items())}."] if skipped else [],
         versions=versions(result.attributes))  # fmt: skip
+
+
+def of_history(result: Result, history: Columns, name: str) -> Section:
+    """What a report says of a contact over time: the curves of its `history`, and its last state."""
+    last, curves = of_result(result, name), of_columns(replace(history, attributes=result.attributes), name)
+    return replace(last, what=[*curves.what, *last.what], tables=[*last.tables, *curves.tables], method=curves.method,
+                   pictures=(*curves.pictures, *last.pictures))
 
 
 def _tables(result: Result) -> list[Table]:
@@ -217,7 +228,9 @@ def _tables(result: Result) -> list[Table]:
                          (*patches[0][:-1], "unit", "name"), "Patches of contact", range(1, len(patches[0])),
                          (len(patches[0]),))] if patches else [])]  # fmt: skip
     header = ("", "value", *(("without thermal expansion",) if both else ()), "unit", "name")
-    return [Table(_rows(row, names, both=both), header, values=range(1, len(header) - 1), names=(len(header) - 1,))]
+    known = [name for name in PROBLEM_SCALARS | LINE_PROBLEM_SCALARS if computed(row.get(name)) and name not in names]
+    return [Table(_rows(row, names, both=both), header, values=range(1, len(header) - 1), names=(len(header) - 1,)),
+            Table(_rows(row, known, both=False), ("", "value", "unit", "name"), "Known before solving", (1, 2), (3,))]
 
 
 def _rows(row: Mapping[str, Any], names: Iterable[str], *, both: bool) -> list[tuple[str, ...]]:

@@ -54,7 +54,7 @@ def plot(
     verbose: options.Verbose = False,
 ) -> None:
     """Draw the pictures of results and sweeps again."""
-    from thermoroll_cli.files.table_file import read_stored
+    from thermoroll_cli.files.table_file import history_beside, read_stored
     from thermoroll_cli.plots.pictures import draw, kinds_of
     from thermoroll_cli.studies.sweeps.measured import Measured
     from thermoroll_cli.studies.sweeps.table_picture import draw_table
@@ -80,6 +80,10 @@ def plot(
                 written = draw(result, stem, kinds=options.words(fields), formats=endings, dpi=dpi,
                                normalised=normalised, cut_y=None if cut_y is None else cut_y / 1e3)  # fmt: skip
                 names = [f"{stem.name}_{kind}" for kind in kinds_of(result)]
+                if not fields and (history := history_beside(path)) is not None:
+                    names.append(f"{stem.name}_history")
+                    written += [picture for ending in endings if not draw_table(
+                        history, picture := stem.with_name(f"{names[-1]}.{ending}"), dpi=dpi, only=options.words(columns))]
             else:
                 written, names = [stem.with_name(f"{stem.name}.{ending}") for ending in endings], [stem.name]
                 for picture in written:

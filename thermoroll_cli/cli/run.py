@@ -230,13 +230,9 @@ class Solved(Outcome):
         from thermoroll_cli.cli import report as page
 
         # The file says with what it was computed.
-        attributes = read_result(folder / f"{self.stem}.h5", with_fields=False).attributes
-        last = page.of_result(replace(self.result, attributes=attributes), self.name)
-        if self.result.history is None:
-            return last
-        curves = page.of_columns(replace(self.result.history, attributes=attributes), self.name)
-        return replace(last, what=curves.what, tables=[*last.tables, *curves.tables], method=curves.method,
-                       pictures=(*curves.pictures, *last.pictures))
+        stored = replace(self.result, attributes=read_result(folder / f"{self.stem}.h5", with_fields=False).attributes)
+        return page.of_result(stored, self.name) if stored.history is None else (
+            page.of_history(stored, stored.history, self.name))
 
     def record(self) -> Mapping[str, Any]:
         record = {"title": self.case.settings.title, **self.result.summary()}

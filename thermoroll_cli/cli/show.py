@@ -57,9 +57,7 @@ def show(
                             "warnings": warnings, **planned})
         return
     width, title = streams.width(), read.settings.title
-    table = [("inputs", "", "in SI")]
-    table += [(f"  {item.key}", shown(item.value), item.shown_si) for item in read.inputs if item.key != "title"]
-    lines = [*folded(read.name + (f" ({title})" if title else ""), width, indent=""), *(line[2:] for line in align(table))]
+    lines = [*folded(read.name + (f" ({title})" if title else ""), width, indent=""), *_inputs(read, width)]
     if read.profiles:
         lines += "files as they were read", *with_remarks(
             [(key, read.readings[key].words(record)) for key, record in read.profiles.items()], width)
@@ -81,6 +79,18 @@ def show(
             f"  {'at most ' if upto else ''}about {_memory(read, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}")
     streams.write(
         *lines, *(line for warning in warnings for line in folded(f"warning: {warning}", width)))
+
+
+def _inputs(case: Case, width: int) -> list[str]:
+    """Keys, values and values in SI below each other; what has none in SI may be long, and moves no column."""
+    items = [(f"  {item.key}", shown(item.value), item.shown_si) for item in case.inputs if item.key != "title"]
+    table = align([("inputs", "", "in SI"), *((key, value if si else "", si) for key, value, si in items)])
+    start = max((len(key) for key, _, _ in items), default=0) + 4
+    lines = [table[0][2:]]
+    for line, (key, value, si) in zip(table[1:], items, strict=True):
+        first, *more = [line[2:]] if si else folded(value, max(width - start + 2, 24), indent="")
+        lines += [first] if si else [key.ljust(start - 2) + first, *(" " * start + text.strip() for text in more)]
+    return lines
 
 
 def _finite(value: Any) -> Any:

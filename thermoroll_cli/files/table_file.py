@@ -105,6 +105,13 @@ def read_stored(path: pathlib.Path, *, with_fields: bool = False) -> Result | Co
     return read_result(path)
 
 
+def history_beside(path: pathlib.Path) -> Columns | None:
+    """The table of the history whose last state the result at `path` is, if it lies beside. Raises ResultFileError."""
+    beside = (path.with_name(f"{path.stem}{end}") for end in reversed(ENDS))
+    found = next((each for each in beside if path.suffix == ".h5" and each.exists()), None)
+    return None if found is None else read_table(found)
+
+
 def read_table(path: pathlib.Path, *, with_fields: bool = False) -> Columns:
     """The table in the file at `path`, as `sweep` writes sweep.csv and sweep.h5, and `run` NAME_history.csv and
     NAME_history.h5, the latter `with_fields` if wanted. Raises ResultFileError."""

@@ -61,7 +61,7 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
         draw_diagram(axes, frame, quantity, curves)
     for axes in grid[-1]:
         axes.set_xlabel(flow_label(frame))
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, frame.place_words(frame.cut_y))
+    frame.add_headline(figure, frame.place_words(frame.cut_y))
     style.add_legend(figure, handles)
     return figure
 
@@ -75,7 +75,7 @@ def curve_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     axes = figure.subplots()
     draw_diagram(axes, frame, quantity, curves)
     axes.set_xlabel(flow_label(frame))
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged)
+    frame.add_headline(figure)
     style.add_legend(figure, line_handles(curves))
     return figure
 
@@ -160,7 +160,7 @@ def track_figure(frame: RunFrame) -> Figure | None:
     axes.set_xlabel(y.label)
     axes.set_ylabel(f"surface temperature ({unit})")
     style.few_ticks(axes, 5, 5, grid=True)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged)
+    frame.add_headline(figure)
     handles: list[Artist] = axes.get_legend_handles_labels()[0]
     style.add_legend(figure, handles)
     return figure

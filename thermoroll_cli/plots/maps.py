@@ -113,7 +113,7 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     bar = style.add_axes(figure, left + columns * (side + GAP) - GAP + 3.0 * style.MM, foot, 3.5 * style.MM, length)
     figure.colorbar(image, cax=bar, label=scale.label if length > SHORT_BAR else scale.brief)
     style.few_ticks(bar, y=6)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, map_note(frame, whole))
+    frame.add_headline(figure, map_note(frame, whole))
     style.add_legend(figure, handles)
     return figure
 

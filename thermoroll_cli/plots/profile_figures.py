@@ -68,7 +68,7 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     top.set_title("section, seen along the flow")
     bottom.set_title(map_note(frame, whole=True))
     note = "the largest pressure has no limit" if frame.result.unbounded else ""
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, note)
+    frame.add_headline(figure, note)
     handles, _ = top.get_legend_handles_labels()
     style.add_legend(figure, handles)
     return figure

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from contourpy import contour_generator
+from matplotlib.figure import Figure
 from matplotlib.path import Path
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, gaussian_filter1d
@@ -126,6 +127,11 @@ class RunFrame:
     cut_y: float
     window: tuple[float, float, float, float]
     turned: bool
+
+    def add_headline(self, figure: Figure, note: str = "") -> None:
+        """The title of the case above a picture, of a history with the state that is drawn, and a `note`."""
+        style.add_headline(figure, self.result.problem.title, self.result.converged,
+                           ", ".join(filter(None, (self.result.last_of, note))))
 
     @property
     def line(self) -> bool:

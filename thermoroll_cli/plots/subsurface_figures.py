@@ -81,8 +81,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
                 axes.axhline(depth * x.factor, color=colour, linewidth=0.7, label="interfaces")
         for axes in grid[-1]:
             axes.set_ylim(min(2.0 * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged,
-                       ", ".join(filter(None, (f"{body} body", frame.place_words(y), note))))
+    frame.add_headline(figure, ", ".join(filter(None, (f"{body} body", frame.place_words(y), note))))
     style.add_legend(figure, [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]])
     return figure
 
@@ -180,7 +179,7 @@ def strength_figure(frame: RunFrame, body: str) -> Figure | None:
     style.few_ticks(fatigue, 5, 5, grid=frame.line)
     for axes, face in itertools.product((needed, fatigue), material.interfaces):
         axes.axhline(face * across.factor, color="0.3" if axes is needed else "white", linewidth=0.7)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, f"{body} body")
+    frame.add_headline(figure, f"{body} body")
     style.add_legend(figure, needed.get_legend_handles_labels()[0])
     return figure
 
@@ -215,7 +214,6 @@ def shakedown_map_figure(frame: RunFrame) -> Figure | None:
     axes.set(xlabel=r"utilised friction $\int|\tau|\,dA\,/\,W$", ylabel=r"largest pressure $p_0/k$", xlim=(0.0, FRICTION[-1]))
     axes.set_ylim(0.0, max(5.0, 1.1 * max(points.values())))
     axes.grid(visible=True)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged,
-                       note="no limits are known of contacts this long" if longer > 2.0 else "")
+    frame.add_headline(figure, note="no limits are known of contacts this long" if longer > 2.0 else "")
     style.add_legend(figure, axes.get_legend_handles_labels()[0])
     return figure

@@ -113,8 +113,7 @@ def summary_figure(frame: RunFrame) -> Figure:
                     parse_math=False)
     figure.text(TABLE / WIDTH, (top - (len(rows) + 1) * ROW) / height, "\n".join(remarks), va="top", fontsize=LETTERS - 0.5,
                 color="0.25", parse_math=False)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged,
-                       "" if frame.line else map_note(frame, whole=False))
+    frame.add_headline(figure, "" if frame.line else map_note(frame, whole=False))
     return figure
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 import math
 import os
 import pathlib
@@ -209,6 +210,15 @@ class Result:
     def records(self) -> tuple[Mapping[str, Any], ...]:
         """The numbers of each of the `patches`."""
         return tuple(patch.record if isinstance(patch, Result) else patch for patch in self.patches)
+
+    @property
+    def last_of(self) -> str:
+        """Of a history, whose last state this is, in words: "the last state, at 1.8 mm"; "" of another result."""
+        history = json.loads(self.case_json).get("history") if self.case_json else None
+        if not history:
+            return ""
+        place = "distance_mm" if history.get("distance_mm") else "time_s"
+        return f"the last state, at {history[place][-1]:.6g} {unit_of(place)}"
 
     def with_case(self, text: str, resolved: str) -> Result:
         """This result and those of an assembly's contacts, with the text of their case."""
