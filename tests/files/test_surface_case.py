@@ -169,3 +169,46 @@ def test_a_case_with_surfaces_is_shown_and_comes_back(tmp_path: Path) -> None:
                        for start in ("elements", "steps"))
     assert "numerics.grid = " in elements and "history.steps = " in steps
     assert "rms slope" in call("show", tmp_path / "case.toml").stdout
+
+
+SDF = """aISO-1.0
+ManufacID   = thermoroll
+CreateDate  = 010120200000
+ModDate     = 010120200000
+NumPoints   = 20
+NumProfiles = 12
+Xscale      = 2.0E-06
+Yscale      = 3.0E-06
+Zscale      = 1.0E-12
+Zresolution = -1
+Compression = 0
+DataType    = 5
+CheckType   = 0
+*
+"""
+
+
+@pytest.mark.parametrize("ending", ["sdf", "xyz", "x3p", "nc"])
+def test_files_of_instruments(tmp_path: Path, ending: str) -> None:
+    """Units and spacing are those of the file; that of the upper body is mirrored unless the case says otherwise."""
+    library = pytest.importorskip("SurfaceTopography")
+    heights, path = 1e-6 * np.random.default_rng(6).normal(size=(20, 12)), tmp_path / f"measured.{ending}"
+    table: dict[str, Any] = {"file": str(path), "remove": "none"}
+    if ending == "sdf":
+        rows = (" ".join(f"{1e12 * value:.0f}" for value in row) for row in heights.T)
+        path.write_text(SDF + "\n".join(rows) + "\n*\n")
+    elif ending == "xyz":
+        x, y = np.meshgrid(2.0 * np.arange(20), 3.0 * np.arange(12), indexing="ij")
+        np.savetxt(path, np.stack([x, y, 1e6 * heights], axis=-1).reshape(-1, 3))
+        table["unit"] = "um"  # which such a file does not tell
+    else:
+        measured = library.Topography(heights, (40e-6, 36e-6), unit="m")
+        measured.to_x3p(path) if ending == "x3p" else measured.to_netcdf(str(path))
+    lower, upper = surfaces(lower=table, upper=table)
+    np.testing.assert_allclose(lower.heights, heights, atol=1e-12)
+    assert lower.spacing == pytest.approx((2e-6, 3e-6), rel=1e-6)
+    np.testing.assert_array_equal(upper.heights, lower.heights[:, ::-1])
+    np.testing.assert_array_equal(surfaces(upper=table | {"mirror": False})[1].heights, lower.heights)
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(CaseError, match=path.name):
+        surfaces(lower=table)

@@ -13,6 +13,7 @@ import pytest
 from tests.support.command_line import call
 from thermoroll_cli import Case, Result, solve
 from thermoroll_cli.files.table_file import read_table
+from thermoroll_cli.many_contacts.history.steps import Steps
 from thermoroll_cli.problem.surface import Dent, Flat, Heights, Measured, SurfacesInContact, Wave
 
 MODULUS = 210e9 / 2.0 / (1.0 - 0.3**2)
@@ -201,3 +202,18 @@ def test_a_surface_of_small_waves_is_not_called_known() -> None:
     case = over_time(16, 0.05, 4)
     fine = rolled(case, lower=Wave(0.02e-6, 8e-6, 0.3))
     assert fine.uncertainty["pressure_max_MPa"] > 0.3e-6 * 0.5 * MODULUS * 0.02e-6 * 2.0 * np.pi / 8e-6
+
+
+def test_a_rough_step_takes_few_applications() -> None:
+    """Spots stick and slip anew with every step; near full sliding, and with a part of the friction used."""
+    for creepage, most in ((0.0015, 2.0), (0.0004, 3.2)):
+        case = over_time(32, 0.1, 10, creepage={"longitudinal": creepage})
+        case["history"]["begin"] = "pressed"
+        rough = case | {"surface": {"upper": {"kind": "rough", "rms_um": 0.1, "shortest_mm": 0.024, "longest_mm": 0.3}}}
+        work = []
+        for each in (case, rough):
+            task = Case.from_dict(each).task
+            moments = list(Steps(task, (32, 32), extent=2.75).moments(task.course.rows))[1:]
+            assert all(moment.converged for moment in moments)
+            work.append(sum(moment.applications for moment in moments))
+        assert work[1] < most * work[0]

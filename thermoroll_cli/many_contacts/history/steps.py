@@ -43,7 +43,7 @@ from thermoroll_cli.one_contact.steady_state.scalars import reported_state
 from thermoroll_cli.physics.heat.heat_over_time import UNMOVED, End, HeatMemory, Place
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatResponse, ThermalResponse
 from thermoroll_cli.physics.numerics.convolution import Parities
-from thermoroll_cli.physics.numerics.grid import Grid, Prolongation
+from thermoroll_cli.physics.numerics.grid import Grid, Prolongation, neighbour_sum
 from thermoroll_cli.problem.contact import Contact, Past, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BODIES, Problem
@@ -121,8 +121,14 @@ class Stepper:
         """The solution of the step `here`, from the last state. Secants of the step before would not save iterations, and a
         history that goes on after a crash would not have them."""
         assert self.last is not None
-        return fixed_point(here, first_guess(here, self.last.contact, hot=self.hot), self.base.options.tolerances,
-                           learnt=Learnt(HEAT.first_residual))
+        guess = first_guess(here, self.last.contact, hot=self.hot)
+        if here.heights is not None:
+            # Spots come, go and change their load with every step: tractions keep their share of it.
+            normal = here.press(guess.offset, guess.normal, self.base.options.tolerances.normal)
+            shares = _shares(guess)
+            guess = replace(guess, normal=normal, tangential=Traction.guess(
+                shares * normal.pressure, guess.tangential.creepage))
+        return fixed_point(here, guess, self.base.options.tolerances, learnt=Learnt(HEAT.first_residual))
 
     def remember(
         self, here: Discretisation, contact: Contact, now: End, heat: DividedHeat | None = None, *, always: bool = False
@@ -356,6 +362,16 @@ class Steps:
                 yield Moment(stop, time, distance, here, state, reported, work,
                              solved and state.contact.tangential.converged)
                 work, solved = 0, True
+
+
+def _shares(contact: Contact) -> Array:
+    """Tractions over the pressure, (2, nx, ny); beside the contact the mean of the elements around."""
+    pressure = contact.normal.pressure
+    there = pressure > 0.0
+    shares = np.where(there, contact.tangential.traction / np.where(there, pressure, 1.0), 0.0)
+    count = neighbour_sum(there.astype(float))
+    around = np.stack([neighbour_sum(share) for share in shares]) / np.where(count > 0.0, count, 1.0)
+    return np.asarray(np.where(there, shares, around))
 
 
 def _seen_by_heat(end: End, problem: Problem) -> End:

@@ -148,6 +148,7 @@ class TractionSolver:
             leading=self.leading(derived, normal, window, undisturbed=undisturbed) if has_shape else None,
             variation=_variation(derived, self.grid, window),
             slip_friction=self._slip_friction(derived, normal, bound, friction, window),
+            spots=problem.heights is not None,
         )
         from_carter = start.is_unknown and undisturbed and derived.kinematics.carter
         solution = solver.solve(
