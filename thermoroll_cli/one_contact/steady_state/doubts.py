@@ -154,7 +154,8 @@ def _pressure(derived: DerivedQuantities) -> Iterator[str]:
     limit = LARGEST_STRAIN if derived.problem.relaxes else PRESSURE_OVER_MODULUS
     if pressure > limit * modulus:
         impossible = pressure > NO_SOLID * derived.problem.contact_modulus
-        units = "; are all lengths and heights in the units of their keys?" if impossible else ""
+        units = ("; are all lengths and heights in the units of their keys? A body softer than its pressure, or a tyre that "
+                 "air carries, is another model") if impossible else ""
         yield (f"the pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
                f"{100 * limit:g} % the bodies are hardly linear and elastic{units}")
     geometry = derived.problem.geometry
