@@ -76,12 +76,12 @@ CLAIMS = (
         ("ball_1_outer.contact_angle_deg", "34.4°, that of the inner", 1.0),
         ("ball_1_inner.ball_pitch_deg", "29.42°", 1.0), ("ball_1_inner.ball_pitch_deg", "29.4° | 31.6°", 1.0),
         ("ball_1_inner.cage_speed_rad_s", "0.4464 of the inner ring's speed", 1e4 * math.pi / 30.0),
-        ("ball_1_inner.spin_to_roll", "0.4235", -1.0), ("ball_1_inner.spin_to_roll", "0.42 | 0.41", -1.0),
-        ("ball_1_outer.spin_to_roll", "0 | 0.076", -1.0), ("torque_Nmm", "1.91 N m", 1e3))),
+        ("ball_1_inner.spin_to_roll", "0.4235", -1.0), ("ball_1_inner.spin_to_roll", "−0.42 | −0.41", 1.0),
+        ("ball_1_outer.spin_to_roll", "0 | −0.076", 1.0), ("torque_Nmm", "1.91 N m", 1e3))),
     Claim("bearing", "angular_contact", {}, None, (
         ("ball_1_inner.contact_angle_deg", "49.1°, 32.5°", 1.0), ("ball_1_outer.contact_angle_deg", "32.5° |", 1.0),
-        ("ball_1_inner.spin_to_roll", "0.41 |", -1.0), ("ball_1_outer.spin_to_roll", "0.076 |", -1.0),
-        ("ball_1_inner.ball_pitch_deg", "31.6° |", 1.0), ("torque_Nmm", "2.34 N m", 1e3))))  # fmt: skip
+        ("ball_1_inner.spin_to_roll", "−0.41 |", 1.0), ("ball_1_outer.spin_to_roll", "−0.076 |", 1.0),
+        ("ball_1_inner.ball_pitch_deg", "31.6° |", 1.0), ("torque_Nmm", "2.32 N m", 1e3))))  # fmt: skip
 
 SLIP = {"rolling.differential_slip": False}
 EXPECTED: dict[str, tuple[tuple[dict[str, Any], tuple[tuple[str, str, float], ...]], ...]] = {

@@ -119,7 +119,7 @@ UNITS = {
     "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm", "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa",
     "_N_um": "N/µm", "_Mrev": "Mrev", "_rpm": "rpm", "_deg": "deg", "_Nm": "N m", "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm",
     "_mm2": "mm²", "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_J": "J", "_s": "s",
-    "_m": "m",
+    "_m": "m", "_h": "h",
 }  # fmt: skip
 """Ends of names of scalars and case keys, longer ones first, and the units they stand for."""
 
@@ -471,12 +471,14 @@ BEARING_SCALARS = _named(
     Scalar("tilt_mrad", "tilt of the inner ring, which presses ball 1 axially", listed=True, diagram="tilt (mrad)"),
     Scalar("tilt_across_mrad", "tilt of the inner ring about the radial load"),
     Scalar("cage_speed_rad_s", "speed of the cage, mean of the balls", listed=True, diagram="speed of the cage (rad/s)"),
+    Scalar("cage_speed_rpm", "the same", listed=True),
     Scalar("torque_Nmm", "torque by the friction of the contacts, without film, cage and seals", listed=True,
            diagram="torque of friction (N mm)", brief="torque of the contacts' friction"),
     Scalar("torque_from_forces_Nmm", "the same from forces, not from heat"),
     Scalar("axial_stiffness_N_um", "axial stiffness", listed=True, diagram="axial stiffness (N/µm)"),
     Scalar("radial_stiffness_N_um", "radial stiffness", listed=True, diagram="radial stiffness (N/µm)"),
     Scalar("life_L10r_Mrev", "reference rating life after ISO/TS 16281", listed=True, diagram="life $L_{10r}$ (Mrev)"),
+    Scalar("life_L10r_h", "the same in hours, at the speed of the rings against each other", listed=True),
 )  # fmt: skip
 """Scalars of a ball bearing besides `TOGETHER`."""
 

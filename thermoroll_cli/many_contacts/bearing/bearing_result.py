@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.many_contacts.bearing.arrangement import Ball
 from thermoroll_cli.many_contacts.bearing.bearing_problem import AXIAL, RADIAL, RINGS, BearingProblem, RingName
 from thermoroll_cli.many_contacts.bearing.placement import Placement
-from thermoroll_cli.many_contacts.bearing.solve_bearing import INTEGRALS, Ball, BearingSearch, SolvedBearing
+from thermoroll_cli.many_contacts.bearing.solve_bearing import BearingSearch, SolvedBearing
+from thermoroll_cli.many_contacts.bearing.tractions import INTEGRALS
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
 from thermoroll_cli.one_contact.refinement.plan import Plan, make_plan
 from thermoroll_cli.problem.kinds import InWords
@@ -122,7 +124,7 @@ def plan_of(problem: BearingProblem) -> BearingPlan | None:
     """The plan of a bearing; None if nothing is loaded at rest."""
     search = BearingSearch(problem, 1, lambda stage, info: None)
     balls = search.at_rest()
-    if not balls or search.placement.reason:
+    if not balls or search.now.placement.reason:
         return None
     ball, axes = balls[0], 0
     if problem.balances:
@@ -148,7 +150,7 @@ def result_of(solved: SolvedBearing) -> Result:
         missing = abs(scalars["torque_from_forces_Nmm"] / scalars["torque_Nmm"] - 1.0)
         # In a plane the ring and the ball roll over each other at the mean speed of both surfaces.
         plane = 0.0 if solved.problem.curved else max(abs(contact.record["creepage_longitudinal"]) for contact in contacts)
-        if missing > LARGEST_POWER_ERROR + plane + errors["torque_Nmm"] / scalars["torque_Nmm"]:
+        if missing > LARGEST_POWER_ERROR + plane + errors["torque_from_forces_Nmm"] / scalars["torque_Nmm"]:
             reasons.append(f"the torques from heat and from forces differ by {missing:.1e}")
     if not reasons and (missed := missed_by_whole(scalars, errors, solved.problem.contact.numerics, JUDGED, _scale)):
         reasons.append(missed)
@@ -235,7 +237,7 @@ def _followed(problem: BearingProblem, ball: Ball, ring: RingName) -> dict[str, 
             "ball_yaw_deg": math.degrees(math.asin(around / turning)), "ball_speed_rad_s": turning,
             "cage_speed_rad_s": float(motion[0]),
         }  # fmt: skip
-    return numbers | ball.integrals.get(ring, {})
+    return numbers | dict(ball.integrals.get(ring, {}))
 
 
 def _of_the_whole(solved: SolvedBearing) -> dict[str, float]:
@@ -245,19 +247,21 @@ def _of_the_whole(solved: SolvedBearing) -> dict[str, float]:
     numbers = {
         "axial_displacement_um": 1e6 * ring[0], "radial_displacement_um": 1e6 * ring[1],
         "radial_displacement_across_um": 1e6 * ring[2], "tilt_mrad": 1e3 * ring[3], "tilt_across_mrad": 1e3 * ring[4],
-        "cage_speed_rad_s": math.nan, "torque_Nmm": math.nan, "torque_from_forces_Nmm": math.nan,
+        "cage_speed_rad_s": math.nan, "cage_speed_rpm": math.nan, "torque_Nmm": math.nan, "torque_from_forces_Nmm": math.nan,
         "axial_stiffness_N_um": 1e-6 * _stiffness(problem, placement, 0),
         "radial_stiffness_N_um": 1e-6 * _stiffness(problem, placement, 1), "life_L10r_Mrev": life(problem, placement.loads),
     }  # fmt: skip
+    against = abs(problem.speeds[0] - problem.speeds[1])
+    numbers["life_L10r_h"] = numbers["life_L10r_Mrev"] * 1e6 * 2.0 * math.pi / (3600.0 * against) if against else math.nan
     carried = [ball for ball in solved.balls if ball.integrals]
     if carried:
         count = sum(len(ball.members) for ball in carried)
         numbers["cage_speed_rad_s"] = sum(ball.motion[0] * len(ball.members) for ball in carried) / count
+        numbers["cage_speed_rpm"] = 30.0 / math.pi * numbers["cage_speed_rad_s"]
         numbers |= {name: sum(len(ball.members) * ball.integrals[ring][name] for ball in carried for ring in RINGS)
                     for name in ("Q_F_W", "T_gamma_N", "expansion_power_W")}
         # The rings are driven by what friction takes, less what surfaces give back as they expand under pressure.
-        numbers["torque_Nmm"] = 1e3 * (numbers["Q_F_W"] - numbers["expansion_power_W"]) / abs(
-            problem.speeds[0] - problem.speeds[1])
+        numbers["torque_Nmm"] = 1e3 * (numbers["Q_F_W"] - numbers["expansion_power_W"]) / against
         if not problem.contact.heating.deformation:
             del numbers["expansion_power_W"]
     return {name: float(value) for name, value in numbers.items()}
@@ -283,7 +287,8 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
                 torque += len(ball.members) * float((lever + inner.moment) @ AXIAL)
         scalars["torque_from_forces_Nmm"] = 1e3 * problem.direction * torque
         over = 1e3 / abs(problem.speeds[0] - problem.speeds[1])
-        errors["torque_Nmm"] = errors["torque_from_forces_Nmm"] = errors["Q_F_W"] * over
+        errors["torque_Nmm"] = (errors["Q_F_W"] + errors.get("expansion_power_W", 0.0)) * over
+        errors["torque_from_forces_Nmm"] = errors["torque_Nmm"] + solved.left * over
     return scalars, errors
 
 

@@ -26,6 +26,7 @@ SINGULAR = 1e-10
 
 STEEPEST = math.radians(89.0)
 """Largest contact angle of a ball that rolls."""
+NOTHING_PRESSED = "no ball touches both rings: more load, or a displacement beyond the play, presses them"
 
 
 class Placement(NamedTuple):
@@ -130,7 +131,9 @@ def place(
     if left > 1e-6 * max(largest, float(loads.max())):
         reason = (f"the balls do not hold the inner ring: {left / largest:.1e} of the largest force is left over; more balls, "
                   "or a ring that is held straight, without moment_Nm, hold it")
-    elif (steep := float(np.abs(angles[loaded]).max(initial=0.0))) > STEEPEST:
+    elif not (pressed := loaded.all(axis=1)).any():
+        reason = NOTHING_PRESSED
+    elif (steep := float(np.abs(angles[pressed]).max())) > STEEPEST:
         reason = (f"the contact angle is {math.degrees(steep):.1f} degrees, where balls do not roll: more balls, radial load, "
                   "less speed or less widening hold the inner ring radially")
     # How the ring, and with it each ball, moves for forces on any ball, (…, 2), and for those that it passes on, (…, 2).

@@ -1,56 +1,47 @@
 """The search for the places and the motion of all balls.
 
-Eight conditions hold of a ball. Four are of its motion, the speed of the cage and the ball's angular velocity: no force along
-the pitch circle, and moments of both contacts that turn the ball's axis with the cage, J ω_m e_a × ω_b. Four are of its place:
-tractions push the ball, and the inner ring with it, axially and outwards, with the friction with which it was placed. Newton's
-method solves them together, for its place turns the contacts of a ball and so its creepages. Slopes of the tractions with the
-creepages are found by differences once for the first ball, and corrected by each solution of a contact (Broyden 1965). A step
-counts as one towards the balance if the next one, with the same slopes, is smaller (Deuflhard 2004): where spin makes a contact
-slide, what is left of the conditions hardly depends on how both contacts share it, and tells little of the way. The first ball
-begins with a race control, with the mean of both, or, where friction holds less than the gyroscopic moment, with an axis along
-that of the bearing, which has none. Balls follow each other from the largest load to the smallest, and each begins with the
-motion and the slopes of the one before, in rounds until the ring, which the friction of all balls moves, stays where it is.
-With a common cage each ball first finds a speed of its own; then the speed of all is that at which the forces of their pockets
-vanish together.
+Newton's method solves the eight conditions of a ball (`arrangement`) together, for its place turns its contacts and so their
+creepages. Slopes of the tractions with the creepages are found by differences once for the first ball, and corrected by each
+solution of a contact (Broyden 1965). A step leads to another arrangement, which is accepted or not: it is if it leaves less, by
+a part of what the slopes promise, or if the next step, with the same slopes, is smaller (Deuflhard 2004): where spin makes a
+contact slide, what is left of the conditions hardly depends on how both contacts share it, and tells little of the way. The
+first ball begins with a race control, with the mean of both, or, where friction holds less than the gyroscopic moment, with an
+axis along that of the bearing, which has none. Balls follow each other from the largest load to the smallest, and each begins
+with the motion and the slopes of the one before, in rounds until the ring, which the friction of all balls moves, stays where
+it is. With a common cage each ball first finds a speed of its own; then the speed of all is that at which the forces of their
+pockets vanish together.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.many_contacts.bearing.arrangement import BALANCED, Arrangement, Ball
 from thermoroll_cli.many_contacts.bearing.bearing_problem import RINGS, BearingProblem, RingName
-from thermoroll_cli.many_contacts.bearing.placement import Placement, place
+from thermoroll_cli.many_contacts.bearing.placement import NOTHING_PRESSED, Placement
+from thermoroll_cli.many_contacts.bearing.tractions import INTEGRALS, WRENCH, SolvedContact, integrals_of
 from thermoroll_cli.one_contact.refinement.solve import ContactSolver
-from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Motion, Numerics, Problem
-from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.arrays import Array
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
-BALANCED = 2e-5
-"""Forces and moments over half of the diameter that are left of a ball's balance, over the friction limit of its contacts."""
-SETTLED = 5e-4
-"""Difference of the friction that pushes a ball axially and outwards from that with which it was placed, over the same."""
 MOST_ROUNDS, MOST_STEPS = 25, 30
-FAST = 5.0
-"""A contact slides fast at more than as many times the creepages at which it begins to slide all over: there only the ratios of
-its creepages count, and what follows are shares of them."""
 LONGEST, SHORTEST = 4.0, 0.03
 """Largest change of a creepage in one step, over that at which a contact slides, or a fifth of that at which it slides fast;
 smallest share of a step that is tried."""
-CLOSER, LESS, MORE = 0.1, 0.5, 3.0
+CLOSER, LESS, MORE, PROMISED = 0.1, 0.5, 3.0, 0.25
 """Part of its share by which a step has to make the next one smaller, without leaving so much more; or part of the rest to
-leave."""
+leave; or part to take away of what the slopes promise."""
 SHORTER, LONGER = 0.4, 4.0
-"""Share of a step that failed with which it is tried again; by how much the share may grow after one that did not."""
+"""Share of a step that failed to which the next is limited; by how much the limit may grow after one that did not."""
 TELLS, NEAR = 0.005, 0.3
 """Changes of a creepage, in the unit of steps, above which a step tells slopes, and not what solutions leave open; and up to
 which one that failed does."""
@@ -58,118 +49,91 @@ STILL = 1e-9
 """Change of a creepage in the same unit that is rounding."""
 DIFFERENCE = 0.04
 """Change of a creepage by which slopes are found, in the same unit."""
+SLOW, MOST_TOGETHER, MOST_IDLE = 0.7, 8, 2
+"""Part that a round of all balls in turn leaves above which all move together, and how often at most; rounds in a row that
+leave as much, after which it ends."""
 NEARLY = 0.01
 """Rest of a ball above which it begins again elsewhere: rounds bring it to an end from less."""
+LENIENT = 50.0
+"""How many times more may be left of a ball that carries little, over its own friction limit, at most."""
 ROUGH_GRID = 40
 """Elements per side of the contacts at most until all is nearly in balance."""
-WRENCH = ("force_x_N", "force_y_N", "spin_moment_Nmm", "rolling_resistance_moment_Nmm")
-INTEGRALS = (*WRENCH, "Q_F_W", "T_gamma_N", "expansion_power_W")
-"""Scalars of a contact that act on its ball; those that follow its creepages by the slopes of the wrench."""
-LIGHT = 1e-4
-"""Load of a ball over the largest of all below which it counts as free: it rolls as others carry it along."""
-ALIKE = 1e-9
-"""Relative difference of loads and angles of balls that are solved as one."""
 
 
-class SolvedContact(NamedTuple):
-    """The `result` of a contact at `creepages` (3,); the `force` (N) and the `moment` about the ball's centre (N m) on the
-    ball; and both, the moment over D/2, as a `wrench` (6,) over μW in the axes of the contact, e_z, e_x, e_y."""
-
-    result: Result
-    creepages: Array
-    force: Array
-    moment: Array
-    wrench: Array
-
-
-@dataclass
-class Ball:
-    """Balls with the same loads and angles, by their numbers from 0, `members`.
-
-    - `motion`: as of `BearingProblem.slip`; whether it is `loaded` by both rings;
-    - for each ring its `contacts`, and the `slopes` of their wrenches with the creepages, over those at which they slide;
-    - the `INTEGRALS` of both contacts."""
-
-    members: tuple[int, ...]
-    motion: Array
-    loads: Array = field(default_factory=lambda: np.zeros(2))
-    angles: Array = field(default_factory=lambda: np.zeros(2))
-    contacts: dict[RingName, SolvedContact] = field(default_factory=dict)
-    slopes: dict[RingName, Array] = field(default_factory=dict)
-    solvers: dict[RingName, ContactSolver] = field(default_factory=dict)
-    loaded: bool = False
-    integrals: dict[RingName, dict[str, float]] = field(default_factory=dict)
-
-
-@dataclass
+@dataclass(frozen=True)
 class SolvedBearing:
-    """A bearing as it was found: its `placement`, its `balls`, those alike as one, and what is wrong with it (`reason`).
+    """A bearing as it was found: its `placement`, its `balls`, those alike as one, and what is wrong with it (`reason`); `left`
+    is the power in W of what is left of the conditions.
 
     `coarser` are the bearings that follow from the forces of the last three grids of its contacts, `settled` the one with
     nothing left of its conditions; both by the slopes of its balls, and only where axes follow from tractions."""
 
     problem: BearingProblem
     placement: Placement
-    balls: list[Ball]
+    balls: Sequence[Ball]
     reason: str = ""
     rounds: int = 0
     solves: int = 0
+    left: float = 0.0
     coarser: tuple[SolvedBearing, ...] = ()
     settled: SolvedBearing | None = None
 
 
 class BearingSearch:
     """Solves one bearing, from that of the search `before` if its balls are as many. Where friction falls with slip a bearing
-    begins from nothing, so that its state does not depend on which was solved before."""
+    begins from nothing, so that its state does not depend on which was solved before. `now` is the arrangement so far."""
 
     def __init__(self, problem: BearingProblem, threads: int, report: Report, before: BearingSearch | None = None) -> None:
         self.problem, self.threads, self.report = problem, threads, report
         law, same = problem.contact.friction.law, before is not None and before.problem.balls == problem.balls
         self.before = before if same and problem.balances and law is None else None
-        self.balls: list[Ball] = []
         self.rounds = self.solves = 0
-        count = problem.balls
-        self.on_balls, self.on_ring = np.zeros((count, 2)), np.zeros((count, 2))
-        self.cage = np.full(count, problem.speeds[0] if not problem.rolls else math.nan)
-        self.common: float | None = None
-        self.placement = self._placed(first=True)
+        self.solvers: dict[tuple[tuple[int, ...], RingName], ContactSolver] = {}
+        self.now = Arrangement.first(problem, np.full(problem.balls, 0.0 if problem.rolls else problem.speeds[0]))
 
     def solve(self) -> SolvedBearing:
         """The bearing in balance, or what is wrong with it."""
-        reason, ring = self.placement.reason, self.problem.controlling
-        for _ in range(MOST_ROUNDS if self.problem.rolls and not reason else 0):
-            # The cage has the speed of pure rolling, and with balls that one ring alone touches the mean of the others.
-            speeds = np.array([self.problem.race_control(angles, ring)[0] if loads.min() > 0.0 else math.nan
-                               for angles, loads in zip(self.placement.angles, self.placement.loads, strict=True)])
-            mean = float(np.nanmean(speeds)) if not np.isnan(speeds).all() else (
-                self.problem.race_control(np.zeros(2), ring)[0])
-            before, self.cage = self.cage, np.where(np.isnan(speeds), mean, speeds)
-            self.placement = self._placed()
-            if (reason := self.placement.reason) or np.abs(self.cage - before).max() <= 1e-11 * np.abs(self.cage).max():
-                break
-        self._gather()
+        reason = self._by_race_control()
+        self.now = self.now.gathered()
         if self.problem.balances and not reason:
             if self.before is not None:
                 self._continue(self.before)
             for stage, tolerance in self.stages()[-1 if self.before is not None else 0 :]:
                 reason = self._balance(stage, tolerance)
-        for ball in self.balls:
-            if not ball.loaded or self.placement.reason:
-                ball.contacts = {}
+        # From nothing, so that each is the result of the same contact alone.
+        self.solvers = {}
+        for k, ball in enumerate(self.now.balls):
+            if not ball.loaded or self.now.placement.reason:
+                self.now = self.now.with_ball(k, contacts={})
                 continue
-            # From nothing, so that it is the result of the same contact alone.
-            ball.solvers = {}
-            self._solve(ball, self.whole)
-            ball.integrals = {ring: integrals_of(solved.result.scalars)
-                              for ring, solved in ball.contacts.items() if self.problem.rolls}
-        solved = SolvedBearing(self.problem, self.placement, self.balls, reason or self.placement.reason, self.rounds,
-                               self.solves)
-        loaded = [ball for ball in self.balls if ball.loaded]
-        if self.problem.balances and not solved.reason and all(ball.slopes for ball in loaded):
-            grids = min(len(solver.last[1]) for ball in loaded for solver in ball.solvers.values())
-            solved.settled = self._with_forces(None)
-            solved.coarser = tuple(self._with_forces(-n) for n in range(min(grids, 3), 0, -1))
-        return solved
+            self.now = self._solved(self.now, k, self.whole)
+            if self.problem.rolls:
+                self.now = self.now.with_ball(k, integrals={ring: integrals_of(solved.result.scalars)
+                                                            for ring, solved in self.now.balls[k].contacts.items()})
+        now = self.now
+        solved = SolvedBearing(self.problem, now.placement, now.balls, reason or now.placement.reason, self.rounds, self.solves)
+        loaded = [ball for ball in now.balls if ball.loaded]
+        if not (self.problem.balances and not solved.reason and all(ball.slopes for ball in loaded)):
+            return solved
+        grids = min(len(self._solver(ball, ring).last[1]) for ball in loaded for ring in RINGS)
+        return replace(solved, left=sum(self._power_left(ball) for ball in loaded), settled=self._with_forces(None),
+                       coarser=tuple(self._with_forces(-n) for n in range(min(grids, 3), 0, -1)))
+
+    def _by_race_control(self) -> str:
+        """Place all balls with the centrifugal forces of race control; the reason if nothing holds them."""
+        ring = self.problem.controlling
+        for _ in range(MOST_ROUNDS if self.problem.rolls and not self.now.placement.reason else 0):
+            # The cage has the speed of pure rolling, and with balls that one ring alone touches the mean of the others.
+            placement = self.now.placement
+            speeds = np.array([self.problem.race_control(angles, ring)[0] if loads.min() > 0.0 else math.nan
+                               for angles, loads in zip(placement.angles, placement.loads, strict=True)])
+            mean = float(np.nanmean(speeds)) if not np.isnan(speeds).all() else (
+                self.problem.race_control(np.zeros(2), ring)[0])
+            before, cage = self.now.cage, np.where(np.isnan(speeds), mean, speeds)
+            self.now = self.now.placed(cage=cage)
+            if self.now.placement.reason or np.abs(cage - before).max() <= 1e-11 * np.abs(cage).max():
+                break
+        return self.now.placement.reason
 
     @property
     def whole(self) -> Problem:
@@ -181,32 +145,25 @@ class BearingSearch:
 
     def at_rest(self) -> list[Ball]:
         """The loaded balls as placed without centrifugal forces and friction, those alike as one, the largest load first."""
-        self.cage = np.zeros(self.problem.balls)
-        self.placement = self._placed(first=True)
-        self._gather()
-        return [ball for ball in self.balls if ball.loaded]
+        self.now = Arrangement.first(self.problem, np.zeros(self.problem.balls)).gathered()
+        return [ball for ball in self.now.balls if ball.loaded]
 
     def _continue(self, before: BearingSearch) -> None:
         """Begin with the axes, the slopes and, in proportion, the friction of the balls of another bearing."""
         ratio = np.diff(self.problem.speeds)[0] / np.diff(before.problem.speeds)[0]
-        for ball in self.balls:
-            was = next(each for each in before.balls if ball.members[0] in each.members)
+        for k, ball in enumerate(self.now.balls):
+            was = next(each for each in before.now.balls if ball.members[0] in each.members)
             if not (ball.loaded and was.loaded and was.slopes):
                 continue
             inner, outer = (self.problem.race_control(ball.angles, ring) - ratio * before.problem.race_control(was.angles, ring)
                             for ring in RINGS)
-            ball.motion = ratio * was.motion + 0.5 * (inner + outer)
-            # Contacts only say here that the ball begins with them: the first round solves them at its own motion.
-            ball.slopes, ball.contacts = dict(was.slopes), dict(was.contacts)
             for ring in RINGS:
-                ball.solvers[ring] = ContactSolver(self.threads)
-                ball.solvers[ring].last = was.solvers[ring].last
-            where, share = list(ball.members), self.limit(ball) / before.limit(was)
-            self.on_balls[where], self.on_ring[where] = (share * of[was.members[0]] for of in (before.on_balls, before.on_ring))
-            self.cage[where] = ball.motion[0]
-        self.placement = self._placed()
-        for ball in self.balls:
-            self._put(ball)
+                self._solver(ball, ring).last = before._solver(was, ring).last
+            # Contacts only say here that the ball begins with them: the first round solves them at its own motion.
+            self.now = self.now.with_ball(k, slopes=was.slopes, contacts=was.contacts)
+            share = self.now.limit(ball) / before.now.limit(was)
+            motion, friction = ratio * was.motion + 0.5 * (inner + outer), share * before.now.friction_on(was)
+            self.now = self.now.moved({k: np.concatenate([motion - ball.motion, friction])})
 
     def stages(self) -> list[tuple[Problem, float]]:
         """The problems of contacts with which the balance is sought: a friction that falls with slip is followed from constant
@@ -222,410 +179,328 @@ class BearingSearch:
             stages.insert(0, (replace(rough, friction=replace(contact.friction, law=None)), 50.0 * BALANCED))
         return [*stages, (contact, BALANCED)]
 
-    # --- places --------------------------------------------------------------------------------------------------------
+    # --- contacts ------------------------------------------------------------------------------------------------------
 
-    def _placed(self, *, first: bool = False) -> Placement:
-        centrifugal = self.problem.centrifugal(np.nan_to_num(self.cage))
-        return place(self.problem, centrifugal, self.on_balls, self.on_ring, None if first else self.placement)
+    def _solver(self, ball: Ball, ring: RingName) -> ContactSolver:
+        return self.solvers.setdefault((ball.members, ring), ContactSolver(self.threads))
 
-    def _gather(self) -> None:
-        """Balls alike as one, from the largest load to the smallest."""
-        loads, angles = self.placement.loads, self.placement.angles
-        kinds: list[list[int]] = []
-        scale = np.array([loads.max() or 1.0] * 2 + [1.0, 1.0])
-        states = np.hstack([loads, np.where(loads > 0.0, angles, 0.0)]) / scale
-        for j in np.argsort(-loads[:, 0], kind="stable").tolist():
-            kind = next((kind for kind in kinds if np.abs(states[kind[0]] - states[j]).max() < ALIKE), None)
-            if kind is None:
-                kinds.append([j])
-            else:
-                kind.append(j)
-        self.balls = [Ball(tuple(sorted(kind)), np.zeros(4)) for kind in kinds]
-        ring = self.problem.controlling
-        for ball in self.balls:
-            self._put(ball)
-            if ball.loaded and self.problem.rolls:
-                ball.motion = self.problem.race_control(ball.angles, ring)
-            elif self.problem.rolls:
-                ball.motion[0] = self.cage[ball.members[0]]
-
-    def _put(self, ball: Ball) -> None:
-        ball.loads, ball.angles = (of[ball.members[0]] for of in (self.placement.loads, self.placement.angles))
-        ball.loaded = bool(ball.loads.min() > LIGHT * self.placement.loads.max())
-
-    # --- tractions -----------------------------------------------------------------------------------------------------
-
-    def _solve(self, ball: Ball, contact: Problem) -> None:
-        """Both contacts of a ball at its motion."""
-        for k, ring in enumerate(RINGS):
-            angle, load = float(ball.angles[k]), float(ball.loads[k])
+    def _solved(self, now: Arrangement, k: int, contact: Problem) -> Arrangement:
+        """With both contacts of ball `k` solved at its motion."""
+        ball, contacts = now.balls[k], dict[RingName, SolvedContact]()
+        for ring, angle, load in zip(RINGS, ball.angles.tolist(), ball.loads.tolist(), strict=True):
             if not self.problem.rolls:
                 slow = np.array([self.problem.speeds[0] - 1.0, 0.0, 0.0, 0.0])
                 problem = replace(self.problem.contact_problem(contact, ring, angle, load, slow), motion=contact.motion)
             else:
                 problem = self.problem.contact_problem(contact, ring, angle, load, ball.motion)
-            ball.contacts[ring] = self._contact(ball, ring, problem)
+            contacts[ring] = self._contact(now, ball, ring, problem)
+        return now.with_ball(k, contacts=contacts)
 
-    def _contact(self, ball: Ball, ring: RingName, problem: Problem) -> SolvedContact:
+    def _contact(self, now: Arrangement, ball: Ball, ring: RingName, problem: Problem) -> SolvedContact:
         try:
-            result = ball.solvers.setdefault(ring, ContactSolver(self.threads)).solve(problem)
+            result = self._solver(ball, ring).solve(problem)
         except Unsolvable as cause:
-            name = f"the {ring} contact of ball {ball.members[0] + 1}, of {problem.normal_force:.4g} N"
+            name = f"the {ring} contact of {ball.names}, of {problem.normal_force:.4g} N"
             raise Unsolvable(f"{name}, cannot be solved: {cause}", "bearing.load",
                              'other loads, or patches = "plane" in [bearing]') from None
         self.solves += 1
-        force, moment = tractions_on_ball(self.problem, ring, float(ball.angles[RINGS.index(ring)]), result)
-        frame, creepages = self._frame(ball, ring), [problem.motion.creepage_x, problem.motion.creepage_y, problem.motion.spin]
-        wrench = np.concatenate([frame @ force, frame @ moment * (2.0 / self.problem.ball_diameter)])
-        return SolvedContact(result, np.array(creepages), force, moment, wrench / self._friction(ball, ring))
+        angle = float(ball.angles[RINGS.index(ring)])
+        return SolvedContact.of(self.problem, ring, angle, result, now.friction_limit(ball, ring))
 
-    def _frame(self, ball: Ball, ring: RingName) -> Array:
-        """e_z, e_x and e_y of a contact as rows."""
-        return np.array(self.problem.frame(ring, float(ball.angles[RINGS.index(ring)])))
+    def _slopes(self, now: Arrangement, ball: Ball, contact: Problem) -> dict[RingName, Array]:
+        """Slopes of the wrenches of both contacts of a ball by differences."""
+        slopes = {}
+        for ring, angle, load in zip(RINGS, ball.angles.tolist(), ball.loads.tolist(), strict=True):
+            here, unit, columns = ball.contacts[ring], now.unit(ball, ring), []
+            shaped = self.problem.contact_problem(contact, ring, angle, load, ball.motion)
+            for axis in range(3):
+                x, y, spin = (here.creepages + DIFFERENCE * unit * np.eye(3)[axis]).tolist()
+                moved = replace(shaped, motion=replace(shaped.motion, creepage_x=x, creepage_y=y, spin=spin))
+                columns.append((self._contact(now, ball, ring, moved).wrench - here.wrench) / DIFFERENCE)
+            slopes[ring] = np.array(columns).T * (now.saturation(ball, ring) / unit)
+        return slopes
 
-    def _friction(self, ball: Ball, ring: RingName) -> float:
-        """Friction limit of a contact in N."""
-        return self.problem.contact.friction.coefficient * float(ball.loads[RINGS.index(ring)])
+    # --- one ball ------------------------------------------------------------------------------------------------------
 
-    def limit(self, ball: Ball) -> float:
-        """Friction limit of a ball in N."""
-        return max(self._friction(ball, ring) for ring in RINGS)
+    def _in_balance(self, now: Arrangement, k: int, contact: Problem, tolerance: float) -> Arrangement:
+        """Move ball `k`, and its place with its friction, until what is left of its conditions falls below `tolerance`, or
+        nothing more helps."""
+        fresh, radius, whole = False, LONGEST, 0.0
+        for _ in range(MOST_STEPS):
+            if now.left(now.balls[k]) <= tolerance:
+                break
+            if not now.balls[k].slopes or radius < SHORTEST * min(whole, LONGEST):
+                if fresh:
+                    break
+                now = now.with_ball(k, slopes=self._slopes(now, now.balls[k], contact))
+                fresh, radius = True, LONGEST
+            step, size, whole = self._step(now, now.balls[k], radius)
+            trial = now.moved({k: step})
+            if trial.balls[k].loaded and not trial.placement.reason:
+                trial = self._solved(trial, k, contact)
+                closer = self._closer(now, trial, k, step, size, whole, tolerance)
+                slopes = self._corrected(now.balls[k], trial.balls[k], now, closer=closer)
+                if closer:
+                    now = trial.with_ball(k, slopes=slopes)
+                    radius, fresh = min(LONGEST, LONGER * radius), False
+                    continue
+                now = now.with_ball(k, slopes=slopes)
+            if now.turned(now.balls[k]) <= STILL or not now.balls[k].loaded:
+                radius = SHORTER * size
+            else:
+                # The friction of other balls has turned the contacts since they were solved: what was left is an estimate.
+                now = self._solved(now, k, contact)
+        return now
 
-    def saturation(self, ball: Ball, ring: RingName) -> Array:
-        """Creepages and spin at which a contact slides all over."""
-        k = RINGS.index(ring)
-        return self.problem.saturation(ring, float(ball.angles[k]), float(ball.loads[k]))
+    def _step(self, now: Arrangement, ball: Ball, radius: float = LONGEST) -> tuple[Array, float, float]:
+        """Newton's step within a `radius`, its largest change of a creepage, in the unit of steps, and that of the whole
+        step."""
+        speed = None if now.common is None else now.common - float(ball.motion[0])
+        rest = now.rest(ball)
+        whole, size = now.newton(ball, rest, speed)
+        step = whole if size <= radius else now.newton(ball, rest, speed, radius)[0]
+        # Surfaces go on flowing the same way in both contacts, at half of their speed at least.
+        flows = [[self.problem.slip(ring, float(angle), motion)[0] for motion in (ball.motion, ball.motion + step[:4])]
+                 for ring, angle in zip(RINGS, ball.angles, strict=True)]
+        step = step * min(1.0, *(0.5 / max(1.0 - after / before, 0.5) for before, after in flows))
+        return step, max(float(np.abs(now.changes(ball, ring) @ step / now.unit(ball, ring)).max()) for ring in RINGS), size
 
-    def unit(self, ball: Ball, ring: RingName) -> Array:
-        """Unit of steps: creepages and spin at which a contact slides all over; where it slides fast, as many times as much."""
-        saturation = self.saturation(ball, ring)
-        return saturation * max(1.0, float(np.linalg.norm(ball.contacts[ring].creepages / saturation)) / FAST)
+    def _closer(self, now: Arrangement, trial: Arrangement, k: int, step: Array, size: float, whole: float,
+                tolerance: float) -> bool:
+        """Whether a `trial`, which has made a `step` of a `size` towards the `whole` one, is closer to the balance."""
+        ball, left, leaves = now.balls[k], now.left(now.balls[k]), trial.left(trial.balls[k])
+        if leaves <= max(tolerance, LESS * left):
+            return True
+        promised = float(np.linalg.norm((now.rest(ball) + now.jacobian(ball) @ step) * now.weights(ball)))
+        if now.common is None and left - leaves >= PROMISED * (left - promised) > 0.0:
+            return True
+        return leaves < MORE * left and self._step(trial, trial.balls[k])[2] < (1.0 - CLOSER * min(1.0, size / whole)) * whole
 
-    def conditions(self, ball: Ball, ring: RingName, wrench: Array) -> Array:
-        """What a contact's tractions, `wrench` (6, …), contribute to the conditions of a ball (8, …), in N: the force along the
-        pitch circle, the moments over D/2, the force that pushes the ball axially and outwards, and that on the inner ring."""
-        frame = self._friction(ball, ring) * self._frame(ball, ring).T
-        force, moment = frame @ wrench[:3], frame @ wrench[3:]
-        return np.concatenate([force[2:], moment, force[:2], -force[:2] if ring == "inner" else np.zeros_like(force[:2])])
-
-    def rest(self, ball: Ball) -> Array:
-        """What is left of the conditions of a ball (8,), in N; the last four are how much the friction that was found differs
-        from that with which the ball was placed. Since its contacts were solved they follow their slopes."""
-        first = ball.members[0]
-        total = -np.concatenate([np.zeros(4), self.on_balls[first], self.on_ring[first]])
-        total[1:4] -= 2.0 / self.problem.ball_diameter * self.problem.gyroscopic(ball.motion)
-        for k, ring in enumerate(RINGS):
-            solved = ball.contacts[ring]
-            moved = self.problem.creepages(ring, float(ball.angles[k]), ball.motion) - solved.creepages
-            wrench = solved.wrench + (ball.slopes[ring] @ (moved / self.saturation(ball, ring)) if ball.slopes else 0.0)
-            total += self.conditions(ball, ring, wrench)
-        return total
-
-    def jacobian(self, ball: Ball) -> Array:
-        """Derivatives of `rest` with the motion of the ball and the friction with which it is placed, (8, 8)."""
-        total = np.diag([0.0] * 4 + [-1.0] * 4)
+    def _corrected(self, was: Ball, found: Ball, now: Arrangement, *, closer: bool) -> dict[RingName, Array]:
+        """Slopes that give the change of the wrenches since the last step, if that tells any."""
+        slopes = dict(was.slopes)
         for ring in RINGS:
-            moved = self.changes(ball, ring) / self.saturation(ball, ring)[:, None]
-            total += self.conditions(ball, ring, ball.slopes[ring] @ moved)
-        turned = (self.problem.gyroscopic(ball.motion + unit) - self.problem.gyroscopic(ball.motion - unit)
-                  for unit in np.eye(4))  # quadratic
-        total[1:4, :4] -= np.transpose(list(turned)) / self.problem.ball_diameter
-        return total
+            change = found.contacts[ring].creepages - was.contacts[ring].creepages
+            steps, along = change / now.unit(found, ring), change / now.saturation(found, ring)
+            missed = found.contacts[ring].wrench - was.contacts[ring].wrench - slopes[ring] @ along
+            if TELLS < float(np.abs(steps).max()) < (math.inf if closer else NEAR):
+                slopes[ring] = slopes[ring] + np.outer(missed, along) / float(along @ along)
+        return slopes
 
-    def changes(self, ball: Ball, ring: RingName) -> Array:
-        """Derivatives of the creepages of a contact with the motion of its ball, and, as that turns the contact, with the
-        friction with which the ball is placed, (3, 8)."""
-        k, step, tilt = RINGS.index(ring), 1e-6 * float(np.linalg.norm(ball.motion)), 1e-6
-        angle, motion, members = float(ball.angles[k]), ball.motion, list(ball.members)
-        here = self.problem.creepages(ring, angle, motion)
-        by_motion = [(self.problem.creepages(ring, angle, motion + step * unit) - here) / step for unit in np.eye(4)]
-        by_angle = (self.problem.creepages(ring, angle + tilt, motion) - here) / tilt
-        turned = self.placement.turned[members[0], k, members].sum(axis=0)
-        return np.hstack([np.transpose(by_motion), np.outer(by_angle, turned)])
+    # --- all balls -----------------------------------------------------------------------------------------------------
+
+    def _balance(self, contact: Problem, tolerance: float) -> str:
+        """Rounds over all balls until nothing changes; else why not."""
+        for k, ball in enumerate(self.now.balls):
+            if ball.contacts:
+                self.now = self._solved(self.now, k, contact)
+        left, idle, unbalanced, turned = 0.2, 0, 0.0, 0.0
+        for _ in range(MOST_ROUNDS):
+            self.rounds += 1
+            if not any(ball.loaded for ball in self.now.balls):
+                return NOTHING_PRESSED
+            self._round(contact, tolerance, left)
+            if self.now.placement.reason:
+                return self.now.placement.reason
+            # Pockets of balls that are alike have no forces.
+            if self.problem.common_cage and sum(ball.loaded for ball in self.now.balls) > 1:
+                unbalanced, turned = self._turn_cage(turned, tolerance)
+            self._carry_along()
+            if self.now.placement.reason:
+                return self.now.placement.reason
+            known = [ball for ball in self.now.balls if ball.loaded and ball.contacts]
+            before, left = left, max(map(self.now.counts, known), default=math.inf)
+            if len(known) > 1 and left > max(tolerance, SLOW * before):
+                left = self._together(contact, tolerance)
+            self.report("bearing", {"iteration": self.rounds, "residual": left})
+            if left <= tolerance and unbalanced <= tolerance and all(ball.contacts for ball in self.now.balls if ball.loaded):
+                return ""
+            idle = idle + 1 if left > SLOW * before and unbalanced <= tolerance else 0
+            if idle == MOST_IDLE:
+                break
+        if left <= tolerance:
+            return f"the cage found no common speed: its pockets are left with {unbalanced:.1e} of the friction limit"
+        return self._unbalanced(max((ball for ball in self.now.balls if ball.contacts and ball.loaded), key=self.now.counts))
+
+    def _round(self, contact: Problem, tolerance: float, left: float) -> None:
+        """Each loaded ball in turn. The friction of every ball moves the ring: all of them get closer together, from what is
+        `left`. Of a ball that carries little more may be left, over its own limit, as it moves the bearing less."""
+        order, last = [k for k, ball in enumerate(self.now.balls) if ball.loaded], None
+        wanted = tolerance if len(order) == 1 else max(0.5 * tolerance, 0.05 * left)
+        for k in order:
+            if not (ball := self.now.balls[k]).loaded:  # the friction of those before has freed it
+                continue
+            within = wanted * min(LENIENT, self.now.largest_limit / self.now.limit(ball))
+            new = not ball.contacts
+            if new and last is not None:
+                self.now = self._following(self.now, k, self.now.balls[last], contact)
+            if self.now.balls[k].contacts:
+                self.now = self._in_balance(self.now, k, contact, within)
+            if new and (not self.now.balls[k].contacts or self.now.left(self.now.balls[k]) > max(within, NEARLY)):
+                self.now = self._begun(self.now, k, contact, within)
+            last = k
+
+    def _together(self, contact: Problem, tolerance: float) -> float:
+        """Newton's steps of all balls at once, as long as each leaves less; what is left then."""
+        loaded, radius = [k for k, ball in enumerate(self.now.balls) if ball.loaded], LONGEST
+        left = _of_all(self.now)
+        for _ in range(MOST_TOGETHER):
+            now = self.now
+            if left <= tolerance or not all(now.balls[k].slopes for k in loaded):
+                break
+            steps, size = now.newton_of_all([now.balls[k] for k in loaded])
+            share = min(1.0, radius / size)
+            trial = now.moved({k: share * step for k, step in zip(loaded, steps, strict=True)})
+            if trial.placement.reason or not all(trial.balls[k].loaded for k in loaded):
+                break
+            for k in loaded:
+                trial = self._solved(trial, k, contact)
+            leaves = _of_all(trial)
+            closer = leaves <= (1.0 - PROMISED * share) * left
+            self.now = trial if closer else now
+            for k in loaded:
+                self.now = self.now.with_ball(k, slopes=self._corrected(now.balls[k], trial.balls[k], now, closer=closer))
+            left, radius = (leaves, min(LONGEST, LONGER * radius)) if closer else (left, SHORTER * share * size)
+        return max(self.now.counts(self.now.balls[k]) for k in loaded)
+
+    def _carry_along(self) -> None:
+        """Balls that one ring alone touches have no friction and go round as the others do, at their mean."""
+        carried = [j for ball in self.now.balls if ball.loaded for j in ball.members]
+        free = [j for j in range(self.problem.balls) if j not in carried]
+        on_balls, on_ring, cage = self.now.on_balls.copy(), self.now.on_ring.copy(), self.now.cage.copy()
+        on_balls[free] = on_ring[free] = 0.0
+        cage[free] = float(np.mean(cage[carried])) if carried else 0.0
+        self.now = self.now.placed(on_balls=on_balls, on_ring=on_ring, cage=cage)
+
+    def _unbalanced(self, ball: Ball) -> str:
+        """Why a ball is not in balance."""
+        of_tractions, left = self.now.limit(ball) * self.problem.ball_diameter, self.now.left(ball)
+        gyroscopic, carried = float(np.linalg.norm(self.problem.gyroscopic(ball.motion))), 100.0 * float(
+            ball.loads.max() / self.now.placement.loads.max())
+        if gyroscopic > 0.5 * of_tractions:
+            return (f"{ball.names}: no axis was found, {left:.1e} of the friction limit are left over; its gyroscopic moment "
+                    f"of {1e3 * gyroscopic:.3g} N mm is near what friction holds, {1e3 * of_tractions:.3g} N mm: more load, "
+                    "more friction or less speed keeps it")
+        share = "" if carried > 99.9 else f", which carries {carried:.2g} % of the largest load"
+        return (f"{ball.names}{share}: the tractions of its contacts do not balance, {left:.1e} of its friction limit are left "
+                'over; control = "outer" or "inner" in [bearing] has loads and contacts without that balance')
+
+    def _begun(self, now: Arrangement, k: int, contact: Problem, tolerance: float) -> Arrangement:
+        """Ball `k` in balance from nothing: from the start that leaves least of its conditions, or, if that fails, the next."""
+        ball, bearing, starts = now.balls[k], self.problem, []
+        held = float(np.linalg.norm(bearing.gyroscopic(ball.motion))) < now.limit(ball) * bearing.ball_diameter
+        outer, inner = (partial(bearing.race_control, ring=ring) for ring in ("outer", "inner"))
+        for last, start in ((not held, outer), (not held, lambda angles: 0.5 * (outer(angles) + inner(angles))),
+                            (not held, inner), (held, bearing.along_the_bearing)):
+            # The speed places the ball, and its place turns the axis.
+            step = np.concatenate([start(ball.angles) - ball.motion, -now.friction_on(ball)])
+            trial = now.with_ball(k, slopes={}, contacts={}).moved({k: step})
+            if trial.balls[k].loaded:
+                trial = self._solved(trial.with_ball(k, motion=start(trial.balls[k].angles)), k, contact)
+                starts.append((last, trial.left(trial.balls[k]), trial))
+        found = []
+        for _, _, trial in sorted(starts, key=lambda start: start[:2]):
+            trial = self._in_balance(trial, k, contact, tolerance)
+            found.append((trial.left(trial.balls[k]), trial))
+            if found[-1][0] <= max(tolerance, NEARLY):
+                break
+        return min(found, key=lambda each: each[0])[1] if found else now
+
+    def _following(self, now: Arrangement, k: int, before: Ball, contact: Problem) -> Arrangement:
+        """With the first motion of ball `k`: between both race controls, as far as the ball before, and with its slopes."""
+        ball = now.balls[k]
+        inner, outer = (self.problem.race_control(ball.angles, ring) for ring in RINGS)
+        its = [self.problem.race_control(before.angles, ring) for ring in RINGS]
+        for ring in RINGS:
+            self._solver(ball, ring).last = self._solver(before, ring).last
+        motion = 0.5 * (inner + outer) + before.motion - 0.5 * (its[0] + its[1])
+        return self._solved(now.with_ball(k, motion=motion, slopes=before.slopes), k, contact)
+
+    def _turn_cage(self, last: float, tolerance: float) -> tuple[float, float]:
+        """Change the speed that all balls share so that the forces of their pockets vanish together, by at most four times the
+        `last` change, or seven tenths of it back; the first time each ball has its own speed. How large the forces were, over
+        the friction limit of all balls, and the change."""
+        loaded = [ball for ball in self.now.balls if ball.loaded]
+        force, speed = _of_pockets(self.now, loaded, [self.now.rest(ball) for ball in loaded])
+        if self.now.common is None:
+            self.now = replace(self.now, common=speed)
+        elif force > tolerance:
+            step = speed - self.now.common
+            slides = LONGEST * abs(self.now.common) * float(self.now.saturation(loaded[0], "outer")[0])
+            most = (4.0 if step * last > 0.0 else 0.7) * abs(last) or slides
+            last = min(max(step, -most), most)
+            self.now = replace(self.now, common=self.now.common + last)
+        return force, last
+
+    # --- what is known of it -------------------------------------------------------------------------------------------
+
+    def _power_left(self, ball: Ball) -> float:
+        """Power in W of what is left of the conditions of all balls like this one: heat and forces differ by as much."""
+        rest, motion = np.abs(self.now.rest(ball)[:4]), np.abs(ball.motion)
+        if self.now.common is not None:
+            rest[0] = 0.0  # its pocket has it
+        arms = np.array([0.5 * self.problem.pitch_diameter, *[0.5 * self.problem.ball_diameter] * 3])
+        return len(ball.members) * float(rest @ (arms * motion))
 
     def _with_forces(self, level: int | None) -> SolvedBearing:
         """The bearing that follows, by the slopes of its balls, from the forces on the grid `level` (−1: the last one) in place
         of those that are extrapolated from all; None: with nothing left of its conditions."""
-        on_balls, on_ring, cage = self.on_balls.copy(), self.on_ring.copy(), self.cage.copy()
-        loaded = [ball for ball in self.balls if ball.loaded]
-        apart: list[dict[RingName, dict[str, float]]] = []
-        missing = []
-        for ball in loaded:
-            apart.append({ring: dict.fromkeys(INTEGRALS, 0.0) for ring in RINGS})
-            missing.append(self.rest(ball) if level is None else np.zeros(8))
-            for ring in RINGS:
-                if level is None:
-                    continue
-                on_grid = integrals_of(ball.solvers[ring].last[1][level].reported.scalars)
-                apart[-1][ring] = {name: on_grid[name] - ball.integrals[ring][name] for name in INTEGRALS}
-                along, across, spin, brakes = (apart[-1][ring][name] for name in WRENCH)
-                # Moments in N mm over half of the diameter in mm; D/2 away from where the forces act.
-                spin, brakes = (2e-3 * moment / self.problem.ball_diameter for moment in (spin, brakes))
-                wrench = np.array([0.0, along, across, spin, -across, along - brakes])
-                missing[-1] = missing[-1] + self.conditions(ball, ring, wrench / self._friction(ball, ring))
-        common = None if self.common is None else self._of_pockets(loaded, missing)[1]
-        balls = {ball.members: replace(ball, integrals={}) for ball in self.balls}
-        for ball, rest in zip(loaded, missing, strict=True):
-            step = self._newton(ball, rest, None if common is None else common - float(ball.motion[0]))
-            where, motion = list(ball.members), ball.motion + step[:4]
-            balls[ball.members].motion = motion
-            on_balls[where], on_ring[where], cage[where] = on_balls[where] + step[4:6], on_ring[where] + step[6:], motion[0]
-        placement = place(self.problem, self.problem.centrifugal(np.nan_to_num(cage)), on_balls, on_ring, self.placement)
-        for new in balls.values():
-            new.loads, new.angles = (of[new.members[0]] for of in (placement.loads, placement.angles))
-        for ball, off in zip(loaded, apart, strict=True):
-            new = balls[ball.members]
-            for k, ring in enumerate(RINGS):
-                # Forces and moment follow the creepages by the slopes of the wrench, heat is their power.
-                here, integrals = ball.contacts[ring].creepages, ball.integrals[ring]
-                moved = self.problem.creepages(ring, float(new.angles[k]), new.motion) - here
-                wrench = self._friction(ball, ring) * (ball.slopes[ring] @ (moved / self.saturation(ball, ring)))
-                half = 0.5 * self.problem.ball_diameter
-                follow, brakes = wrench[1:4] * [1.0, 1.0, half], half * float(wrench[1] - wrench[5])
-                forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
-                speed, _, rolling = self.problem.slip(ring, float(ball.angles[k]), ball.motion)
-                power = float((forces + follow) @ moved + follow @ here) + brakes * abs(rolling) / speed
-                changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), 1e3 * brakes, speed * power, power, 0.0)
-                ratio = float(new.loads[k] / ball.loads[k])
-                new.integrals[ring] = {name: ratio * (integrals[name] + off[ring][name] + change)
-                                       for name, change in zip(INTEGRALS, changes, strict=True)}
-        return SolvedBearing(self.problem, placement, list(balls.values()))
+        now = self.now
+        loaded = [ball for ball in now.balls if ball.loaded]
+        apart = {ball.members: {ring: self._apart(ball, ring, level) for ring in RINGS} for ball in loaded}
+        missing = [now.rest(ball) if level is None else sum(
+            (self._acting(ball, ring, apart[ball.members][ring]) for ring in RINGS), np.zeros(8)) for ball in loaded]
+        common = None if now.common is None else _of_pockets(now, loaded, missing)[1]
+        steps = {now.balls.index(ball): now.newton(ball, rest, None if common is None else common - float(ball.motion[0]))[0]
+                 for ball, rest in zip(loaded, missing, strict=True)}
+        then = now.moved(steps)
+        moved = [replace(new, integrals={ring: self._followed(was, new, ring, apart[was.members][ring]) for ring in RINGS})
+                 if was.loaded else new for was, new in zip(now.balls, then.balls, strict=True)]
+        return SolvedBearing(self.problem, then.placement, moved)
 
-    def _whole_step(self, ball: Ball) -> tuple[Array, float]:
-        """Newton's step of the motion and of the friction; and its largest change of a creepage, over that at which a contact
-        slides."""
-        step = self._newton(ball, self.rest(ball), None if self.common is None else self.common - float(ball.motion[0]))
-        changes = [self.changes(ball, ring) @ step / self.unit(ball, ring) for ring in RINGS]
-        return step, float(np.abs(changes).max())
+    def _apart(self, ball: Ball, ring: RingName, level: int | None) -> dict[str, float]:
+        """By how much the integrals of a contact differ on the grid `level`."""
+        if level is None:
+            return dict.fromkeys(INTEGRALS, 0.0)
+        on_grid = integrals_of(self._solver(ball, ring).last[1][level].reported.scalars)
+        return {name: on_grid[name] - ball.integrals[ring][name] for name in INTEGRALS}
 
-    def _newton(self, ball: Ball, rest: Array, speed: float | None = None) -> Array:
-        """The change of a ball's motion and of the friction with which it is placed that takes `rest` away; but for its force
-        along the pitch circle, which its pocket takes, if the cage's `speed` changes by as much as is given."""
-        unit = np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)), self.limit(ball)], 4)
-        slopes, step = self.jacobian(ball), np.zeros(8)
-        unknown = slice(0 if speed is None else 1, 8)
-        step[0] = speed or 0.0
-        step[unknown] = unit[unknown] * np.linalg.lstsq(
-            (slopes * unit)[unknown, unknown], -(rest + slopes[:, 0] * step[0])[unknown], rcond=1e-10)[0]
-        return step
+    def _acting(self, ball: Ball, ring: RingName, integrals: Mapping[str, float]) -> Array:
+        """What `integrals` of a contact contribute to the conditions of its ball; forces act D/2 from its centre."""
+        along, across, *moments = (integrals[name] for name in WRENCH)
+        spin, brakes = (2e-3 * moment / self.problem.ball_diameter for moment in moments)
+        wrench = np.array([0.0, along, across, spin, -across, along - brakes])
+        return self.now.conditions(ball, ring, wrench / self.now.friction_limit(ball, ring))
 
-    def left(self, ball: Ball) -> float:
-        """What is left of the conditions of a ball, over its friction limit; of friction that differs, `SETTLED` counts as
-        `BALANCED`. With a common cage its speed counts in place of the force along the pitch circle, over that at which the
-        ball slides."""
-        rest = self.rest(ball) / self.limit(ball)
-        if self.common is not None:
-            rest[0] = (ball.motion[0] - self.common) / (float(self.saturation(ball, "outer")[0]) * self.common)
-        return math.hypot(float(np.linalg.norm(rest[:4])), BALANCED / SETTLED * float(np.linalg.norm(rest[4:])))
-
-    def _in_balance(self, ball: Ball, contact: Problem, tolerance: float) -> None:
-        """Move a ball, and its place with its friction, until what is left of its conditions falls below `tolerance`, or
-        nothing more helps."""
-        where, fresh, share = list(ball.members), False, 1.0
-        for _ in range(MOST_STEPS):
-            if (left := self.left(ball)) <= tolerance:
-                return
-            if not ball.slopes or share < SHORTEST:
-                if fresh:
-                    return
-                for k, ring in enumerate(RINGS):
-                    here, unit, columns = ball.contacts[ring], self.unit(ball, ring), []
-                    shaped = self.problem.contact_problem(
-                        contact, ring, float(ball.angles[k]), float(ball.loads[k]), ball.motion)
-                    for axis in range(3):
-                        x, y, spin = (here.creepages + DIFFERENCE * unit * np.eye(3)[axis]).tolist()
-                        moved = replace(shaped, motion=replace(shaped.motion, creepage_x=x, creepage_y=y, spin=spin))
-                        columns.append((self._contact(ball, ring, moved).wrench - here.wrench) / DIFFERENCE)
-                    ball.slopes[ring] = np.array(columns).T * (self.saturation(ball, ring) / unit)
-                fresh, share = True, 1.0
-            step, size = self._whole_step(ball)
-            # Surfaces go on flowing the same way in both contacts, at half of their speed at least.
-            flows = [[self.problem.slip(ring, float(angle), motion)[0] for motion in (ball.motion, ball.motion + step[:4])]
-                     for ring, angle in zip(RINGS, ball.angles, strict=True)]
-            share = min(share, LONGEST / size, *(0.5 / max(1.0 - after / before, 0.5) for before, after in flows))
-            step = share * step
-            motion, placement, contacts = ball.motion, self.placement, dict(ball.contacts)
-            on_ball, on_ring = self.on_balls[where], self.on_ring[where]
-            ball.motion = motion + step[:4]
-            self.on_balls[where], self.on_ring[where] = on_ball + step[4:6], on_ring + step[6:]
-            self.cage[where] = ball.motion[0]
-            self.placement = self._placed()
-            self._put(ball)
-            if ball.loaded and not self.placement.reason:
-                self._solve(ball, contact)
-                closer = (now := self.left(ball)) <= max(tolerance, LESS * left) or (
-                    now < MORE * left and self._whole_step(ball)[1] < (1.0 - CLOSER * share) * size)
-                for ring, was in contacts.items():
-                    # Slopes that give the change of the wrench since the last step.
-                    change = ball.contacts[ring].creepages - was.creepages
-                    change, along = change / self.unit(ball, ring), change / self.saturation(ball, ring)
-                    missed = ball.contacts[ring].wrench - was.wrench - ball.slopes[ring] @ along
-                    if TELLS < float(np.abs(change).max()) < (math.inf if closer else NEAR):
-                        ball.slopes[ring] = ball.slopes[ring] + np.outer(missed, along) / float(along @ along)
-                if closer:
-                    share, fresh = min(1.0, LONGER * share), False
-                    continue
-            ball.motion, self.placement, self.on_balls[where], self.on_ring[where] = motion, placement, on_ball, on_ring
-            self.cage[where] = ball.motion[0]
-            self._put(ball)
-            ball.contacts = contacts
-            turned = max(float(np.abs((self.problem.creepages(ring, float(angle), ball.motion) - contacts[ring].creepages)
-                                      / self.unit(ball, ring)).max()) for ring, angle in zip(RINGS, ball.angles, strict=True))
-            if turned <= STILL or not ball.loaded:
-                share = SHORTER * share
-            else:
-                # The friction of other balls has turned the contacts since they were solved: what was left is an estimate.
-                self._solve(ball, contact)
-
-    def _balance(self, contact: Problem, tolerance: float) -> str:
-        """Rounds over all balls until nothing changes; else why not."""
-        for ball in self.balls:
-            if ball.contacts:
-                self._solve(ball, contact)
-        left, idle, unbalanced, turned = 0.2, 0, 0.0, 0.0
-        for _ in range(MOST_ROUNDS):
-            self.rounds += 1
-            loaded, last = [ball for ball in self.balls if ball.loaded], None
-            if not loaded:
-                return "no ball touches both rings: more load, or a displacement beyond the play, presses them"
-            # The friction of every ball moves the ring: all of them get closer together.
-            wanted = tolerance if len(loaded) == 1 else max(0.5 * tolerance, 0.05 * left)
-            for ball in loaded:
-                self._put(ball)  # the friction of those before may have freed it
-                if not ball.loaded:
-                    continue
-                new = not ball.contacts
-                if new and last is not None:
-                    self._follow(ball, last, contact)
-                if ball.contacts:
-                    self._in_balance(ball, contact, wanted)
-                if new and (not ball.contacts or self.left(ball) > max(wanted, NEARLY)):
-                    self._first(ball, contact, wanted)
-                last = ball
-            loaded = [ball for ball in loaded if ball.loaded]
-            # Pockets of balls that are alike have no forces.
-            if self.problem.common_cage and len(loaded) > 1:
-                unbalanced, turned = self._turn_cage(loaded, turned, tolerance)
-            # Balls that one ring alone touches have no friction and go round as the others do, at their mean.
-            carried = [j for ball in loaded for j in ball.members]
-            free = [j for j in range(self.problem.balls) if j not in carried]
-            self.on_balls[free] = self.on_ring[free] = 0.0
-            self.cage[free] = float(np.mean(self.cage[carried]))
-            self.placement = self._placed()
-            if self.placement.reason:
-                return self.placement.reason
-            for ball in self.balls:
-                self._put(ball)
-            known = [ball for ball in self.balls if ball.loaded and ball.contacts]
-            before, left = left, max(map(self.left, known), default=math.inf)
-            self.report("bearing", {"iteration": self.rounds, "residual": left})
-            if left <= tolerance and unbalanced <= tolerance and all(ball.contacts for ball in self.balls if ball.loaded):
-                return ""
-            idle = idle + 1 if left > 0.7 * before and unbalanced <= tolerance else 0
-            if idle == 2:
-                break
-        if left <= tolerance:
-            return f"the cage found no common speed: its pockets are left with {unbalanced:.1e} of the friction limit"
-        ball = max(known, key=self.left)
-        of_tractions, left = self.limit(ball) * self.problem.ball_diameter, self.left(ball)
-        gyroscopic, name = float(np.linalg.norm(self.problem.gyroscopic(ball.motion))), f"ball {ball.members[0] + 1}"
-        if gyroscopic > 0.5 * of_tractions:
-            return (f"{name}: no axis was found, {left:.1e} of the friction limit are left over; its gyroscopic moment of "
-                    f"{1e3 * gyroscopic:.3g} N mm is near what friction holds, {1e3 * of_tractions:.3g} N mm: more load, more "
-                    "friction or less speed keeps it")
-        finer = "; on a finer numerics.grid they change more smoothly" if left < NEARLY else ""
-        return f"{name}: the tractions of its contacts do not balance, {left:.1e} of the friction limit are left over{finer}"
-
-    def _first(self, ball: Ball, contact: Problem, tolerance: float) -> None:
-        """A ball in balance from nothing: from the start that leaves least of its conditions, or, if that fails, the next."""
-        where, bearing, starts = list(ball.members), self.problem, []
-        held = float(np.linalg.norm(bearing.gyroscopic(ball.motion))) < self.limit(ball) * bearing.ball_diameter
-        outer, inner = (partial(bearing.race_control, ring=ring) for ring in ("outer", "inner"))
-        for last, start in ((not held, outer), (not held, lambda angles: 0.5 * (outer(angles) + inner(angles))),
-                            (not held, inner), (held, bearing.along_the_bearing)):
-            self.cage[where] = start(ball.angles)[0]
-            self.placement = self._placed()
-            self._put(ball)
-            if not ball.loaded:
-                continue
-            ball.motion = start(ball.angles)
-            self._solve(ball, contact)
-            starts.append((last, self.left(ball), ball.motion, dict(ball.contacts), self.placement))
-        for _, _, ball.motion, ball.contacts, self.placement in sorted(starts, key=lambda start: start[:2]):
-            ball.slopes = {}
-            self.cage[where], self.on_balls[where], self.on_ring[where] = ball.motion[0], 0.0, 0.0
-            self._put(ball)
-            self._in_balance(ball, contact, tolerance)
-            if self.left(ball) <= max(tolerance, NEARLY):
-                break
-
-    def _follow(self, ball: Ball, before: Ball, contact: Problem) -> None:
-        """The first motion: between both race controls, as far as the ball before, and with its slopes."""
-        inner, outer = (self.problem.race_control(ball.angles, ring) for ring in RINGS)
-        its = [self.problem.race_control(before.angles, ring) for ring in RINGS]
-        ball.motion = 0.5 * (inner + outer) + before.motion - 0.5 * (its[0] + its[1])
-        ball.slopes = dict(before.slopes)
-        for ring in RINGS:
-            ball.solvers[ring] = ContactSolver(self.threads)
-            ball.solvers[ring].last = before.solvers[ring].last
-        self._solve(ball, contact)
-
-    def _turn_cage(self, loaded: list[Ball], last: float, tolerance: float) -> tuple[float, float]:
-        """Change the speed that all balls share so that the forces of their pockets vanish together, by at most four times the
-        `last` change, or seven tenths of it back; the first time each ball has its own speed. How large the forces were, over
-        the friction limit of all balls, and the change."""
-        force, speed = self._of_pockets(loaded, [self.rest(ball) for ball in loaded])
-        if self.common is None:
-            self.common = speed
-        elif force > tolerance:
-            step = speed - self.common
-            slides = LONGEST * abs(self.common) * float(self.saturation(loaded[0], "outer")[0])
-            most = (4.0 if step * last > 0.0 else 0.7) * abs(last) or slides
-            last = min(max(step, -most), most)
-            self.common += last
-        return force, last
-
-    def _of_pockets(self, loaded: list[Ball], rests: list[Array]) -> tuple[float, float]:
-        """The force of all pockets along the pitch circle, over the friction limit, that `rests` of all balls would leave, and
-        the common speed at which it vanishes, by the slopes of the balls."""
-        force, slope, towards, limit = 0.0, 0.0, 0.0, 0.0
-        for ball, rest in zip(loaded, rests, strict=True):
-            count, slopes = len(ball.members), self.jacobian(ball)
-            follow = np.linalg.lstsq(slopes[1:, 1:], np.stack([rest[1:], slopes[1:, 0]], -1), rcond=1e-10)[0]
-            own, its = np.array([rest[0], slopes[0, 0]]) - slopes[0, 1:] @ follow
-            force, slope, towards = force + count * own, slope + count * its, towards + count * its * ball.motion[0]
-            limit += count * self.limit(ball)
-        return abs(force) / limit, (towards - force) / slope
+    def _followed(self, was: Ball, new: Ball, ring: RingName, off: Mapping[str, float]) -> dict[str, float]:
+        """The integrals of a contact after its ball has moved, `off` by others: forces and moments follow the creepages by the
+        slopes of the wrench, heat is their power."""
+        here, integrals = was.contacts[ring].creepages, was.integrals[ring]
+        moved = self.problem.creepages(ring, float(new.angles[RINGS.index(ring)]), new.motion) - here
+        wrench = self.now.friction_limit(was, ring) * (was.slopes[ring] @ (moved / self.now.saturation(was, ring)))
+        half = 0.5 * self.problem.ball_diameter
+        follow, brakes = wrench[1:4] * [1.0, 1.0, half], half * float(wrench[1] - wrench[5])
+        forces = np.array([integrals["force_x_N"], integrals["force_y_N"], 1e-3 * integrals["spin_moment_Nmm"]])
+        speed, _, rolling = self.problem.slip(ring, float(was.angles[RINGS.index(ring)]), was.motion)
+        power = float((forces + follow) @ moved + follow @ here) + brakes * abs(rolling) / speed
+        changes = (*(follow * [1.0, 1.0, 1e3]).tolist(), 1e3 * brakes, speed * power, power, 0.0)
+        ratio = float(new.loads[RINGS.index(ring)] / was.loads[RINGS.index(ring)])
+        return {name: ratio * (integrals[name] + off[name] + change) for name, change in zip(INTEGRALS, changes, strict=True)}
 
 
-def integrals_of(scalars: Mapping[str, float]) -> dict[str, float]:
-    """The `INTEGRALS` of a contact; those that it does not have are 0."""
-    return {name: 0.0 if math.isnan(scalars.get(name, math.nan)) else scalars[name] for name in INTEGRALS}
+def _of_all(now: Arrangement) -> float:
+    """What is left of the conditions of all balls, over the friction limit of the one that carries most."""
+    return math.hypot(*(now.counts(ball) for ball in now.balls if ball.loaded))
 
 
-def tractions_on_ball(problem: BearingProblem, ring: RingName, angle: float, result: Result) -> tuple[Array, Array]:
-    """Force (N) and moment about the ball's centre (N m) by the tractions of a ring, along e_a, e_r and e_t, and the moment of
-    its pressure, which is not symmetric along rolling between unlike or hot bodies.
-
-    Tractions act at (x, Y, D/2 − h) in the axes of the contact from the ball's centre, h being the height of the common surface
-    over the plane of the contact, and are inclined by its angle β(y) across."""
-    normal, along, across = problem.frame(ring, angle)
-    geometry, state = result.problem.geometry, result.coupled
-    contact, conformity, diameter = result.problem, problem.conformity[RINGS.index(ring)], problem.ball_diameter
-    share = contact.contact_modulus / contact.lower.plane_strain_modulus
-    bent = ((1.0 - share) / conformity + 2.0 * share) / diameter
-    turned = geometry.inclination(state.y) if isinstance(geometry, CurvedPatch) else bent * state.y
-    sine, cosine = np.sin(turned), np.cos(turned)
-    height, lateral, half = (1.0 - cosine) / bent, sine / bent, 0.5 * diameter
-    area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
-    shear_x, shear_y = (area * np.asarray(state.fields[name]) for name in ("shear_x", "shear_y"))
-    scalars = integrals_of(state.scalars)
-    force_x, force_y = scalars["force_x_N"], scalars["force_y_N"] + float((shear_y * (cosine - 1.0)).sum())
-    # Extrapolated forces, which are more accurate than sums of the fields, times their arm; the rest is small.
-    moment = (
-        -half * scalars["force_y_N"] + float((shear_y * (half - lateral * sine - (half - height) * cosine)).sum()),
-        half * force_x - 1e-3 * scalars["rolling_resistance_moment_Nmm"]
-        + float((state.x[:, None] * sine * shear_y - height * shear_x).sum()),
-        1e-3 * scalars["spin_moment_Nmm"],
-    )
-    return force_x * along + force_y * across, moment[0] * along + moment[1] * across + moment[2] * normal
+def _of_pockets(now: Arrangement, loaded: Sequence[Ball], rests: Sequence[Array]) -> tuple[float, float]:
+    """The force of all pockets along the pitch circle, over the friction limit, that `rests` of all balls would leave, and the
+    common speed at which it vanishes, by the slopes of the balls."""
+    force, slope, towards, limit = 0.0, 0.0, 0.0, 0.0
+    for ball, rest in zip(loaded, rests, strict=True):
+        count, slopes = len(ball.members), now.jacobian(ball)
+        follow = np.linalg.lstsq(slopes[1:, 1:], np.stack([rest[1:], slopes[1:, 0]], -1), rcond=1e-10)[0]
+        own, its = np.array([rest[0], slopes[0, 0]]) - slopes[0, 1:] @ follow
+        force, slope, towards = force + count * own, slope + count * its, towards + count * its * ball.motion[0]
+        limit += count * now.limit(ball)
+    return abs(force) / limit, (towards - force) / slope
