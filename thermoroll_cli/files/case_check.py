@@ -169,7 +169,7 @@ class _Checker:
                 self._note(key_path(second), message, allowed=allowed, at_key=isinstance(given, dict))
 
     def _conflicts(self) -> None:
-        for conflict in conflicts(self.sections):
+        for conflict in conflicts(self.sections, self.kind):
             self._note(conflict.path, conflict.message + self.source.line_of(conflict.other), allowed=conflict.allowed,
                        hint=conflict.hint, at_key=conflict.at_key)
 

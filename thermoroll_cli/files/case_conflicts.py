@@ -18,11 +18,10 @@ from thermoroll_cli.files.case_line import LOAD, is_line, line_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_surface import SurfacesTable, surface_faults
-from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
-from thermoroll_cli.files.profile_file import outline_fault, point_fault, running_surface
+from thermoroll_cli.files.profile_file import point_fault
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
 from thermoroll_cli.problem.friction import FORMULAS, LAW_CONSTANTS
-from thermoroll_cli.problem.kinds import Kind, kind_in
+from thermoroll_cli.problem.kinds import Kind
 from thermoroll_cli.problem.names import (
     ALL_SCALARS,
     GROUPS,
@@ -36,9 +35,8 @@ Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
 
 CROWN = ("length_mm", "drop_um", "flat_mm")
-FLANGE, BACK_TO_TIP, BACK_TOLERANCE, TREAD = 10.0, 20.0, 3.0, 70.0
-"""Of the outline of a wheel in mm: z beyond which it has a flange; from the flange's back to where an outline without it may
-begin, at the tip; how far an outline may go on beyond the given back; from the back to the middle of the tread."""
+FLANGE, TREAD = 10.0, 70.0
+"""Of the outline of a wheel in mm: z beyond which it has a flange; from the flange's back to the middle of the tread."""
 
 LEAST_COEFFICIENT = 1e-12
 """Coefficient of friction below which arithmetic overflows; 0 is none."""
@@ -55,11 +53,11 @@ class Conflict(NamedTuple):
     at_key: bool = False
 
 
-def conflicts(sections: Sections) -> Iterator[Conflict]:
-    """Every conflict between keys whose tables are valid. A check has the tables that it needs as parameters, and is left out
-    where one of them is missing or invalid."""
+def conflicts(sections: Sections, kind: Kind) -> Iterator[Conflict]:
+    """Every conflict between keys whose tables are valid, of a case of this `kind`. A check has the tables that it needs as
+    parameters, and is left out where one of them is missing or invalid."""
     for check, names in _checks().items():
-        tables = [{**sections, "sections": sections}.get(name) for name in names]
+        tables = [{**sections, "sections": sections, "kind": kind}.get(name) for name in names]
         if None not in tables:
             yield from check(*tables)
 
@@ -71,13 +69,9 @@ def _checks() -> dict[Callable[..., Iterator[Conflict]], tuple[str, ...]]:
         _convexity, _vertical_force, _hertz_pressure, _profiles,
         _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings,
         _relaxation,
-        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _wheelset, _of_kind, _history, _line, _speed,
+        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear, _of_kind, _line, _speed,
         _accuracy_of, _surface)  # fmt: skip
     return {check: tuple(inspect.signature(check).parameters) for check in checks}
-
-
-def _kind(sections: Sections) -> Kind:
-    return kind_in(name for name, table in sections.items() if table is not None)
 
 
 def heat_is_on(sections: Sections) -> bool:
@@ -85,7 +79,7 @@ def heat_is_on(sections: Sections) -> bool:
     thermal = sections["thermal"]
     if thermal is not None:
         return bool(thermal.heat)
-    return any(getattr(material, key) is not None for _, material in _materials(sections) for key in THERMAL_CONSTANTS)
+    return any(getattr(material, key) is not None for _, material in materials_of(sections) for key in THERMAL_CONSTANTS)
 
 
 def _convexity(sections: Sections, geometry: model.GeometryTable) -> Iterator[Conflict]:
@@ -148,7 +142,7 @@ def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Con
                            at_key=True)
 
 
-def _accuracy_of(numerics: model.NumericsTable, sections: Sections) -> Iterator[Conflict]:
+def _accuracy_of(numerics: model.NumericsTable, sections: Sections, kind: Kind) -> Iterator[Conflict]:
     """Scalars that are to be accurate, and that the case does not have."""
     if numerics.accuracy_of is None:
         return
@@ -156,7 +150,7 @@ def _accuracy_of(numerics: model.NumericsTable, sections: Sections) -> Iterator[
     missing = {"temperatures": not heated, "wear": sections.get("wear") is None}
     there = (LINE_SCALARS if is_line(sections) else SCALARS) | (
         {} if sections.get("subsurface") is None else SUBSURFACE_SCALARS) | (
-        dict(_kind(sections).scalars))
+        dict(kind.scalars))
     groups = [group for group in GROUPS if not missing.get(group)]
     without = {name for group in GROUPS if missing.get(group) for name in GROUPS[group]}
     if not heated:
@@ -172,58 +166,8 @@ def _accuracy_of(numerics: model.NumericsTable, sections: Sections) -> Iterator[
             yield Conflict(path, f'"{name}" is no scalar {why}, and no group of them', allowed)
 
 
-def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
-    """Outlines of all sides, and quantities that are found or given."""
-    sides = SIDES if wheelset.wheels == "both" else (wheelset.wheels,)
-    for table, path, name in ((track, "track", "rail_profile"), (wheelset, "wheelset", "wheel_profile")):
-        own = [side for side in SIDES if getattr(getattr(table, side), name, None) is not None]
-        if getattr(table, name) is None:
-            yield from (Conflict((path, name), f"is missing: the {side} side has none of its own", "a table: points_mm or file",
-                                 at_key=True) for side in sides if side not in own)
-        for place in ((path, name), *((path, side, name) for side in own)):
-            outline = getattr(table if len(place) == 2 else getattr(table, place[1]), name)
-            if outline is None:
-                continue
-            if outline.points_mm is None:
-                yield Conflict(place, "has neither points_mm nor file", "one of points_mm and file", at_key=True)
-                continue
-            points = outline.oriented
-            surface = running_surface(points, wheel=path == "wheelset")
-            fault, hint = outline_fault(points, wheel=path == "wheelset", mirror=outline.mirror, flip=outline.flip)
-            if fault:
-                yield Conflict(place, fault, "an outline [y, z] in mm, y to the field side, z down", hint, at_key=True)
-            elif path == "wheelset" and max(z for _, z in surface) > FLANGE:
-                begin, back = min(y for y, _ in surface), wheelset.flange_back_mm
-                if not begin - BACK_TO_TIP <= back <= begin + BACK_TOLERANCE:
-                    yield Conflict(("wheelset", "flange_back_mm"),
-                                   f"{back:g} mm is no y of the flange back of {'.'.join(place)}, which begins at "
-                                   f"y = {begin:.4g} mm", f"{begin - BACK_TO_TIP:.4g} to {begin + BACK_TOLERANCE:.4g} for this "
-                                   "outline", at_key=True, other=place)
-    rollers = [track.roller_radius_mm or getattr(getattr(track, side), "roller_radius_mm", None) for side in sides]
-    if any(rollers) and not all(rollers):
-        yield Conflict(("track", "roller_radius_mm"), "is missing: one side has a rail, the other one a roller", "two rollers",
-                       at_key=True)
-    if any(rollers) and track.curve_radius_m is not None:
-        yield Conflict(("track", "curve_radius_m"), "rollers are no curve", "a straight track",
-                       other=("track", "roller_radius_mm"))
-    if track.roller_angular_velocity_rad_s is not None and not any(rollers):
-        yield Conflict(("track", "roller_angular_velocity_rad_s"), "there is no roller", "roller_radius_mm beside it")
-    for key in ("longitudinal_shift_mm", "longitudinal_velocity_mm_s"):
-        if getattr(wheelset, key) and not any(rollers):
-            yield Conflict(("wheelset", key), "a wheelset on straight rails travels, at any place with the rolling speed",
-                           "0, or rollers (track.roller_radius_mm)")
-    if wheelset.vertical_N is None and wheelset.height_mm is None:
-        yield Conflict(("wheelset", "vertical_N"), "is missing", "a vertical load, or height_mm", at_key=True)
-    if wheelset.height_mm is not None and wheelset.roll_mrad is None and len(sides) == 2:
-        yield Conflict(("wheelset", "roll_mrad"),
-                       "is missing: it is found from the loads of both wheels, and height_mm gives none",
-                       "roll_mrad beside height_mm, or vertical_N", at_key=True, other=("wheelset", "height_mm"))
-    if (wheelset.angular_velocity_rad_s or 1.0) < 0.0:
-        yield Conflict(("wheelset", "angular_velocity_rad_s"), "the wheelset turns backwards", "a positive number: forward")
-
-
-def _of_kind(sections: Sections) -> Iterator[Conflict]:
-    yield from _kind(sections).conflicts(sections)
+def _of_kind(sections: Sections, kind: Kind) -> Iterator[Conflict]:
+    yield from kind.conflicts(sections)
 
 
 def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:
@@ -247,27 +191,28 @@ def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:
             return
 
 
-def _friction_places(friction: model.FrictionTable, load: model.LoadTable, sections: Sections) -> Iterator[Conflict]:
+def _friction_places(
+    friction: model.FrictionTable, load: model.LoadTable, sections: Sections, kind: Kind
+) -> Iterator[Conflict]:
     """Coefficients of friction of places, and the one of all that is missing."""
-    geometry, wheelset = sections.get("geometry"), sections.get("wheelset")
+    geometry, rails = sections.get("geometry"), kind.rails(sections)
     sides = {side: getattr(friction, side) for side in SIDES if getattr(friction, side) is not None}
-    if wheelset is None and geometry is not None:
+    if not rails and geometry is not None:
         for key in ("over_angle", *sides):
             if getattr(friction, key) is not None:
                 yield Conflict(("friction", key), "belongs to wheels on rails", "across, for bodies with profiles", at_key=True)
         if friction.across and not (geometry.lower_profile or geometry.upper_profile):
             yield Conflict(("friction", "across"), "belongs to bodies with profiles", "load.friction_coefficient, or a profile",
                            at_key=True)
-    if wheelset is not None and friction.across:
+    if rails and friction.across:
         yield Conflict(("friction", "across"), "belongs to one contact", "over_angle, for wheels on rails", at_key=True)
     for side, own in sides.items():
         if own.over_angle is None:
             yield Conflict(("friction", side), "is empty", "over_angle", at_key=True)
-        elif wheelset is not None and wheelset.wheels not in ("both", side):
-            yield Conflict(("friction", side), f"has no effect: wheelset.wheels is {wheelset.wheels}", '"both"', at_key=True)
-    needed = [side for side in SIDES if wheelset is None or wheelset.wheels in ("both", side)]
+        elif rails and side not in rails:
+            yield Conflict(("friction", side), f"has no effect: wheelset.wheels is {rails[0]}", '"both"', at_key=True)
     if load.friction_coefficient is None and not (
-            friction.over_angle or friction.across or (wheelset is not None and all(side in sides for side in needed))):
+            friction.over_angle or friction.across or (rails and all(side in sides for side in rails))):
         yield Conflict(("load", "friction_coefficient"), "is missing", "0 to 10", at_key=True)
     if 0.0 < (load.friction_coefficient or 0.0) < LEAST_COEFFICIENT:
         yield Conflict(("load", "friction_coefficient"), "is too small to be computed with",
@@ -332,9 +277,9 @@ def _interlayer(layer: model.InterlayerTable) -> Iterator[Conflict]:
 def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
     heated = "thermal" in sections and heat_is_on(sections)
     reason = "heat is on" if heated and sections["thermal"] is not None else "the other thermal constants are given"
-    layers = ((((*path, "layers", number), layer) for path, body_material in _materials(sections)
+    layers = ((((*path, "layers", number), layer) for path, body_material in materials_of(sections)
                for number, layer in enumerate(body_material.layers or ())))
-    for path, constants in chain(_materials(sections), layers):
+    for path, constants in chain(materials_of(sections), layers):
         missing = [key for key in THERMAL_CONSTANTS if getattr(constants, key) is None]
         if missing and (heated or ("layers" in path and len(missing) < len(THERMAL_CONSTANTS))):
             yield Conflict(path, f"{reason}, but missing: {', '.join(missing)}",
@@ -348,7 +293,7 @@ MOST_STIFF_ON_SOFT, MOST_SOFT_ON_STIFF = 300.0, 1e6
 
 def _coatings(sections: Sections) -> Iterator[Conflict]:
     geometry, strength = sections.get("geometry"), sections.get("strength")
-    for path, body_material in _materials(sections):
+    for path, body_material in materials_of(sections):
         below: MaterialTable | model.CoatingTable = body_material
         bodies = BODIES if path == ("material",) else path[-1:]
         radii = [abs(radius) for body in bodies for axis in "xy" if geometry is not None
@@ -376,7 +321,7 @@ SMALLEST_SHARE, TIMES = 1e-6, (1e-12, 1e12)
 
 
 def _relaxation(sections: Sections) -> Iterator[Conflict]:
-    for path, material in _materials(sections):
+    for path, material in materials_of(sections):
         for place, constants in ((path, material), *(((*path, "layers", number), layer)
                                                      for number, layer in enumerate(material.layers or ()))):
             pairs, key = constants.relaxation or (), (*place, "relaxation")
@@ -389,8 +334,6 @@ def _relaxation(sections: Sections) -> Iterator[Conflict]:
             elif (relaxed := sum(share for share, _ in pairs)) > 1.0 - SMALLEST_SHARE:
                 yield Conflict(key, f"takes away {relaxed:g} of the modulus: nothing remains that carries a load",
                                "shares with a sum below 1")
-            if pairs and sections.get("wheelset") is not None:
-                yield Conflict(key, "is not computed for wheelsets", "elastic wheels and rails", at_key=True)
         relaxing = [bool(layer.relaxation) for layer in material.layers or ()]
         if relaxing and material.relaxation:
             yield Conflict((*path, "relaxation"), "is not computed for a body below a coating", "layers on an elastic body",
@@ -430,7 +373,7 @@ def _recirculation(thermal: model.ThermalTable) -> Iterator[Conflict]:
                            '"rolling", or recirculate = false', other=(*path, "recirculate"))
 
 
-def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
+def _wear(sections: Sections, wear: model.WearTable, kind: Kind) -> Iterator[Conflict]:
     geometry = sections.get("geometry")
     bodies = [body for body in BODIES if getattr(wear, body) is not None]
     if not bodies:
@@ -446,7 +389,7 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
                               "pairs [T_gamma/A, rate], T_gamma/A increasing from above 0 to 1e9", "rate", 1e6)
             if not any(rate > 0.0 for _, rate in rates):
                 yield Conflict(path, "no point has a rate above 0", "a rate above 0")
-    if wear.positions is not None and sections.get("wheelset", wear) is None:
+    if wear.positions is not None and not kind.has_positions:
         yield Conflict(("wear", "positions"), "are those of a wheelset", "[wheelset] and [track]", at_key=True)
     for number, (weight, keys) in enumerate(wear.positions or (), 1):
         if isinstance(weight, dict) or not isinstance(keys, dict):
@@ -454,11 +397,17 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
                            "pairs [weight, {KEY = value, …}]", at_key=True)
 
 
-def _history(sections: Sections, history: HistoryTable) -> Iterator[Conflict]:
-    for path, message, allowed in history_faults(sections, history):
+def over_time(
+    sections: Sections, values: Callable[[Sections, HistoryTable], Iterator[Fault]]
+) -> Iterator[Conflict]:
+    """Conflicts of a case over time, whose values of keys have the faults `values`."""
+    history: HistoryTable | None = sections.get("history")
+    if history is None:
+        return
+    for path, message, allowed in history_faults(sections, history, values):
         yield Conflict(path, message, allowed, at_key=True)
     heated = heat_is_on(sections)
-    for path, material in _materials(sections):
+    for path, material in materials_of(sections):
         if any(one.relaxation or one.relaxation_file for one in (material, *(material.layers or ()))):
             yield Conflict((*path, "relaxation"), "is not computed over time: what relaxes remembers its pressure, too",
                            "elastic bodies", at_key=True)
@@ -524,13 +473,14 @@ def _line(sections: Sections) -> Iterator[Conflict]:
 
 def homogeneous(sections: Sections, message: str) -> Iterator[Fault]:
     """Faults with this `message` of bodies that are coated or relax."""
-    for path, material in _materials(sections):
+    for path, material in materials_of(sections):
         for key in ("layers", "relaxation"):
             if getattr(material, key):
                 yield (*path, key), message, "homogeneous, elastic bodies"
 
 
-def _materials(sections: Sections) -> Iterator[tuple[KeyPath, MaterialTable]]:
+def materials_of(sections: Sections) -> Iterator[tuple[KeyPath, MaterialTable]]:
+    """The material of both bodies, or of each, with its path."""
     material = sections.get("material")
     if isinstance(material, TwoMaterials):
         yield ("material", "lower"), material.lower

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Annotated, Any
@@ -17,7 +17,6 @@ from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.many_contacts.history.course import (
     OF_WHEELSETS,
-    PATH,
     SHIFTS,
     SPEED,
     VARIED,
@@ -36,7 +35,7 @@ from thermoroll_cli.problem.result import Result
 MOST_PLACES = 100000
 RETURNING = ("heat that recirculates comes back a revolution later, and a history does not tell the revolutions before it",
              "without it; thermal.bulk_temperature_lower_K is how warm the body enters, and history.values may change it")
-REFUSED = {**dict.fromkeys(("bearing", "subsurface", "strength", "wear"), (
+REFUSED = {**dict.fromkeys(("subsurface", "strength", "wear"), (
     "is not computed over time", "a case without it, or without [history]")),
     "thermal.lower": RETURNING, "thermal.upper": RETURNING}
 """Tables and keys that are not computed over time, with the reason and what is allowed."""
@@ -70,8 +69,11 @@ class HistoryTable(Table):
         f"{', '.join(VARIED)}; of a wheelset {', '.join(OF_WHEELSETS)}")
 
 
-def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
-    """What is wrong with a history, and the keys that do not go with one."""
+def history_faults(
+    sections: Mapping[str, Any], history: HistoryTable,
+    values_of: Callable[[Mapping[str, Any], HistoryTable], Iterator[Fault]],
+) -> Iterator[Fault]:
+    """What is wrong with a history, also with the values of its keys, and the keys that do not go with one."""
     for key, (why, allowed) in REFUSED.items():
         if value_of(sections, key):
             yield tuple(key.split(".")), why, allowed
@@ -92,16 +94,11 @@ def history_faults(sections: Mapping[str, Any], history: HistoryTable) -> Iterat
             "belongs to a line contact, but the load is not one per length", LOAD)
         yield ("history", "length_mm"), why, allowed
     yield from _friction(sections.get("friction"), sections.get("load"), history)
-    wheelset = sections.get("wheelset")
     uneven = {key: len(values) for key, values in history.values.items() if len(values) != len(places)}
     for key, count in uneven.items():
         yield ("history", "values"), f"{key} has {count} values for {len(places)} places", "one value for each place"
-    if uneven:
-        return
-    if wheelset is None:
-        yield from _values(sections, history)
-    else:
-        yield from _values_of_wheelset(sections, wheelset, history)
+    if not uneven:
+        yield from values_of(sections, history)
 
 
 def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault]:
@@ -121,33 +118,8 @@ def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault
                    "friction.memory_um above 0, or a law that does not fall")
 
 
-def _values_of_wheelset(sections: Mapping[str, Any], wheelset: Any, history: HistoryTable) -> Iterator[Fault]:
-    """What is wrong with the values of keys of a wheelset."""
-    path, track, rolling = ("history", "values"), sections.get("track"), sections.get("rolling")
-    rollers = [side for side in (track, getattr(track, "left", None), getattr(track, "right", None))
-               if side is not None and side.roller_radius_mm]
-    rates = {f"wheelset.{rate}": key for rate, key in zip(
-        ("lateral_velocity_mm_s", "vertical_velocity_mm_s", "roll_rate_mrad_s", "yaw_rate_mrad_s"), PATH, strict=True)}
-    for key in history.values:
-        if key not in OF_WHEELSETS:
-            yield path, f"{key} of a wheelset cannot change over time", ", ".join(OF_WHEELSETS)
-        elif key == SPEED and rollers:
-            yield path, f"{key} cannot change on rollers", "wheelset.angular_velocity_rad_s, or a track"
-    for rate, key in rates.items():
-        if key in history.values and (rate in history.values or getattr(wheelset, rate.removeprefix("wheelset."))):
-            yield (path if rate in history.values else tuple(rate.split(".")), f"{rate} follows from the path, {key}",
-                   "one of both")
-    if rolling is not None and rolling.speed_m_s == 0.0:
-        yield ("rolling", "speed_m_s"), "is 0, but a wheelset over time rolls", "a speed above 0"
-    if history.fields_every:
-        yield ("history", "fields_every"), "is of a single contact: of a wheelset the last row has fields", "0"
-    numerics = sections.get("numerics")
-    if numerics is not None and (numerics.accuracy is not None or numerics.accuracy_of):
-        yield ("numerics", "accuracy"), "is not looked for over time by wheelsets", f"numerics.grid; {FIRST} if left out"
-
-
-def _values(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
-    """What is wrong with the values of keys."""
+def values_of_contact(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
+    """What is wrong with the values of keys of one contact."""
     rolling, path = sections.get("rolling"), ("history", "values")
     for key, values in history.values.items():
         if key not in VARIED:
@@ -185,7 +157,7 @@ def wheelset_over_time(table: HistoryTable, problem: WheelsetProblem) -> Wheelse
     numerics = replace(numerics, grid=numerics.grid or (FIRST, FIRST), accuracy=None)
     problem = replace(problem, contact=replace(problem.contact, numerics=numerics))
     values = {key: tuple(table.values[key]) for key in OF_WHEELSETS if key in table.values}
-    begin = STATES.get(table.begin or "steady") or _result_in(str(table.begin), "wheelset")
+    begin = STATES.get(table.begin or "steady") or _result_in(str(table.begin), problem.kind)
     return WheelsetHistory(problem, _course(table, values, begin))
 
 

@@ -49,8 +49,8 @@ class Bearing(Kind):
         from thermoroll_cli.files.case_bearing import bearing_faults
         from thermoroll_cli.files.case_conflicts import Conflict, homogeneous
 
-        why = "is not computed for bearings, which Hertz's contacts place"
-        for path, message, allowed in (*bearing_faults(sections, sections["bearing"]), *homogeneous(sections, why)):
+        table, why = sections.get("bearing"), "is not computed for bearings, which Hertz's contacts place"
+        for path, message, allowed in () if table is None else (*bearing_faults(sections, table), *homogeneous(sections, why)):
             yield Conflict(path, message, allowed, at_key=path == ("bearing", "load"))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -65,6 +65,12 @@ class ContactOverTime(Contact):
 
     def check_one_contact(self) -> None:
         raise Unsolvable("a contact over time has many states, and this takes one", "history", "a case without [history]")
+
+    def conflicts(self, sections: Mapping[str, Any]) -> Iterator[Any]:
+        from thermoroll_cli.files.case_conflicts import over_time
+        from thermoroll_cli.files.case_history import values_of_contact
+
+        return over_time(sections, values_of_contact)
 
     @property
     def without_wear(self) -> Unsolvable:

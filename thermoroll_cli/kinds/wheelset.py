@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from thermoroll_cli.kinds.contact import LOADS
@@ -17,7 +17,7 @@ class Wheelset(Kind):
     tables = needs = ("track", "wheelset")
     refused = ("geometry", *(f"load.{key}" for key in LOADS), "creepage", "force", "surface")
     refusal = "[wheelset], from which it follows", "[track] and [wheelset] without it, or one contact without them"
-    without_load = "wheelset"
+    without_load, has_positions = "wheelset", True
     solver = At("many_contacts.wheelset.wheelset_result.WheelsetSolver")
     warnings = At("many_contacts.wheelset.first_contact.wheelset_warnings")
     facts = At("many_contacts.wheelset.first_contact.facts_of")
@@ -42,6 +42,16 @@ class Wheelset(Kind):
         return GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf, upper_radius_x_mm=radius,
                              upper_radius_y_mm=radius)
 
+    def conflicts(self, sections: Mapping[str, Any]) -> Iterator[Any]:
+        from thermoroll_cli.files.case_wheelset_conflicts import wheelset_conflicts
+
+        return wheelset_conflicts(sections)
+
+    def rails(self, sections: Mapping[str, Any]) -> tuple[str, ...]:
+        from thermoroll_cli.files.case_wheelset_conflicts import sides_of
+
+        return () if sections.get("wheelset") is None else sides_of(sections["wheelset"])
+
     def wheelset(self, task: Any) -> Any:
         return task
 
@@ -61,6 +71,13 @@ class WheelsetOverTime(Wheelset):
         from thermoroll_cli.files.case_history import wheelset_over_time
 
         return wheelset_over_time(settings.history, super().task(settings, contact))
+
+    def conflicts(self, sections: Mapping[str, Any]) -> Iterator[Any]:
+        from thermoroll_cli.files.case_conflicts import over_time
+        from thermoroll_cli.files.case_wheelset_conflicts import values_of_wheelset
+
+        yield from super().conflicts(sections)
+        yield from over_time(sections, values_of_wheelset)
 
     @property
     def without_wear(self) -> Unsolvable:

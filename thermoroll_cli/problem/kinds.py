@@ -77,6 +77,7 @@ class Kind:
       which it needs one; `rolls`: it has a rolling speed;
     - `refused`: tables and keys that it cannot have, for the reason and with what is allowed in `refusal`;
     - `follows`: tables that follow from others; `without_load`: a table beside which [load] may be left out;
+    - `has_positions`: it wears over several positions;
     - `base`: False of a kind that is another one over time.
 
     Of its solution:
@@ -107,6 +108,7 @@ class Kind:
     refusal: tuple[str, str] = ("", "")
     follows: tuple[str, ...] = ("creepage", "force")
     without_load = ""
+    has_positions = False
     base = True
     solver: Any = None
     warnings: Any = staticmethod(lambda task: ())
@@ -142,6 +144,10 @@ class Kind:
     def conflicts(self, sections: Mapping[str, Any]) -> Iterator[Any]:
         """Conflicts between its own keys, and with others, in a case whose tables are valid by themselves."""
         return iter(())
+
+    def rails(self, sections: Mapping[str, Any]) -> tuple[str, ...]:
+        """The sides on which wheels stand on rails, whose friction may differ; none of other kinds."""
+        return ()
 
     def check_one_contact(self) -> None:
         """Raises Unsolvable unless it is one contact in a steady state."""
