@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import shutil
@@ -13,14 +14,16 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-STACK = """
+CAM = """
+title = "a cam"
 material = {youngs_modulus_GPa = 210.0, poisson_ratio = 0.28}
-stack = {radius_mm = 20, loads_N = [50, 100]}
+cam = {base_radius_mm = 20, lift_mm = 4, follower_radius_mm = 10, speed_rpm = 600, base_N_mm = 50, top_N_mm = 100, angles = 4}
 load.friction_coefficient = 0.2
-rolling.speed_m_s = 1.0
 creepage.longitudinal = 0.001
-numerics.grid = 16
+numerics.grid = 32
 """
+MOST_OTHERS = {"add_a_stage.md": 6, "add_a_kind.md": 4}
+"""Files of the package that an addition changes at most, besides those that it adds."""
 
 
 def edited(text: str, block: str) -> str:
@@ -36,7 +39,10 @@ def extended(folder: Path, page: str) -> Path:
     """The folder with the package as the document leaves it."""
     shutil.copytree(ROOT / "thermoroll_cli", folder / "thermoroll_cli")  # what has been compiled, too
     text = (Path(__file__).parent / page).read_text(encoding="utf-8")
-    for path, block in re.findall(r"```diff\n--- (\S+)\n(.*?)```", text, re.DOTALL):
+    blocks = re.findall(r"```diff\n--- (\S+)\n(.*?)```", text, re.DOTALL)
+    others = {path for path, _ in blocks if (folder / path).exists()}
+    assert len(others) <= MOST_OTHERS[page], others
+    for path, block in blocks:
         file = folder / path
         file.parent.mkdir(exist_ok=True)
         file.write_text(edited(file.read_text() if file.exists() else "", block))
@@ -52,12 +58,12 @@ def called(place: Path, commands: list[list[str]]) -> subprocess.CompletedProces
 
 @pytest.mark.parametrize(("page", "command"), [
     ("add_a_stage.md", ["show", str(ROOT / "cases" / "article_4_1.toml"), "--set", "load.debris_coefficient_m3_J=1e-13"]),
-    ("add_a_kind.md", ["show", "balls.toml"])])
+    ("add_a_kind.md", ["show", "cam.toml"])])
 def test_each_edit_has_its_place_and_its_case_can_be_planned(page: str, command: list[str], tmp_path: Path) -> None:
     place = extended(tmp_path, page)
-    (place / "balls.toml").write_text(STACK)
+    (place / "cam.toml").write_text(CAM)
     done = called(place, [command])
-    assert done.stderr.splitlines()[-1:] == ["0"] and ("debris" in done.stdout or "stack" in done.stdout)
+    assert done.stderr.splitlines()[-1:] == ["0"] and ("debris" in done.stdout or "cam" in done.stdout)
 
 
 @pytest.mark.slow
@@ -81,23 +87,40 @@ def test_a_stage_goes_the_whole_way(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_kind_goes_the_whole_way(tmp_path: Path) -> None:
-    """Every command knows it: what it is, what it does not go with, its numbers and those of its contacts."""
+    """A cam is solved, shown, drawn, compared, exported and swept, and refused by the commands that cannot take it."""
     place = extended(tmp_path, "add_a_kind.md")
-    (place / "balls.toml").write_text(STACK)
+    (place / "cam.toml").write_text(CAM)
+    hollow, loaded = ["--set", "cam.lift_mm=60"], ["--set", "load.normal_N_mm=50"]
     done = called(place, [
-        ["run", "balls.toml", "--json", "--no-plots"], ["validate", "balls.toml", "-q"], ["run", "balls.toml", "--report"],
-        ["export", "results/balls.h5", "--format", "csv", "-o", "results"], ["plot", "results/balls.h5", "-q"],
-        ["sweep", "balls.toml", "--over", "stack.radius_mm=10,20", "-q"], ["schema"],
-        ["compare", "results/balls.h5", "results/balls.h5"], ["wear", "balls.toml"]])
-    assert re.findall(r"^\d$", done.stderr, re.MULTILINE) == [*8 * ["0"], "3"], done.stderr
-    assert "the wear of stacks is not followed" in done.stderr
-    solved, *words = done.stdout.splitlines()
-    found = json.loads(solved)
-    assert found["approach_sum_um"] == pytest.approx(sum(each["approach_um"] for each in found["patches"]))
-    assert [each["normal_N"] for each in found["patches"]] == [50.0, 100.0]
-    assert any(re.match(r"\s+approach_sum_um\s.*sum of all approaches", line) for line in words)
-    assert any(re.match(r"\s+contact\s+level 1\s+level 2", line) for line in words)
-    assert "A stack of balls, with 2 patches of contact." in (place / "results" / "balls_report.html").read_text()
-    assert (place / "results" / "balls.csv").read_text().startswith("level,normal_N,")
-    assert "level_2.Q_F_W" in (place / "results" / "sweep.csv").read_text()
-    assert {"balls_patches.png", "sweep.png"} <= {path.name for path in (place / "results").glob("*.png")}
+        ["run", "cam.toml", "--json", "--no-plots"], ["show", "cam.toml", "--json"], ["show", "cam.toml"],
+        ["run", "cam.toml", "--report"], ["export", "results/cam.h5", "--format", "csv", "-o", "results"],
+        ["plot", "results/cam.h5", "-q"], ["sweep", "cam.toml", "--over", "cam.speed_rpm=300,600", "-q"], ["schema"],
+        ["compare", "results/cam.h5", "results/cam.h5"],
+        ["wear", "cam.toml"], ["conicity", "cam.toml"], ["run", "cam.toml", *hollow], ["validate", "cam.toml", *loaded]])
+    assert re.findall(r"^\d$", done.stderr, re.MULTILINE) == [*9 * ["0"], *4 * ["3"]], done.stderr
+    for refusal in ("the wear of cams is not followed", "a cam has no equivalent conicity",
+                    "the cam is hollow or undercut at 0°", "load.normal_N_mm: cannot be given together with [cam]"):
+        assert refusal in done.stderr
+    solved, shown, *words = done.stdout.splitlines()
+    found, omega = json.loads(solved), 20.0 * math.pi
+    base, rising, top, falling = found["patches"]
+    # By hand: an arc without slope has a radius of curvature R²/(R − R″), here with R = 30 and 34 mm and R″ = ±2 mm.
+    for contact, r, second, load in ((base, 30.0, 2.0, 50.0), (top, 34.0, -2.0, 100.0)):
+        radius = r * r / (r - second) - 10.0
+        assert contact["cam_radius_mm"] == pytest.approx(radius) and contact["normal_N_mm"] == pytest.approx(load)
+        assert contact["rolling_speed_m_s"] == pytest.approx(1e-3 * omega * r * radius / (radius + 10.0))
+        modulus = 210e3 / (2.0 * (1.0 - 0.28**2))  # Hertz's line contact: p₀ = √(P'E*/πR)
+        pressure = math.sqrt(load * modulus / math.pi * (1.0 / radius + 0.1))
+        assert abs(contact["pressure_max_MPa"] - pressure) <= contact["uncertainty"]["pressure_max_MPa"] <= 0.02 * pressure
+    # Rising and falling it is the same but for the sign of the slope, 2 mm on 32 mm.
+    assert rising["normal_N_mm"] == pytest.approx(75.0 * math.hypot(1.0, 2.0 / 32.0)) == falling["normal_N_mm"]
+    assert found["largest_pressure_MPa"] == max(each["pressure_max_MPa"] for each in found["patches"])
+    assert found["mean_heat_W_mm"] == pytest.approx(sum(each["Q_F_W_mm"] for each in found["patches"]) / 4)
+    assert json.loads(shown)["inputs"]["cam.lift_mm"]["si"] == 4e-3
+    assert any(re.match(r"\s+largest_pressure_MPa\s.*largest pressure over a turn", line) for line in words)
+    assert any(re.match(r"\s+contact\s+angle 1\s+angle 2", line) for line in words)
+    results = place / "results"
+    assert "A cam and its follower over one turn, with 4 patches of contact." in (results / "cam_report.html").read_text()
+    assert (results / "cam.csv").read_text().startswith("angle,angle_deg,cam_radius_mm,")
+    assert "angle_2.Q_F_W_mm" in (results / "sweep.csv").read_text()
+    assert {"cam_turn.png", "sweep.png"} <= {path.name for path in results.glob("*.png")}

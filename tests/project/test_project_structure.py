@@ -137,7 +137,7 @@ def test_kinds_name_what_exists_below_them() -> None:
     assert {*MODULES_OF_KINDS} == {path.stem for path in (PACKAGE / "kinds").glob("[a-z]*.py")}
     for kind in every_kind():
         given = [value.place for part in type(kind).__mro__ for value in vars(part).values() if isinstance(value, At)]
-        for place in (*given, *kind.figures.values()):
+        for place in (*given, *kind.answer.figures.values()):
             assert callable(found_at(place)), place
             known = {place.split(".")[0], ".".join(place.split(".")[:2])} & RANK.keys()
             assert RANK[known.pop()] < RANK["kinds"], place

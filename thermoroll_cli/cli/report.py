@@ -168,13 +168,13 @@ def picture(name: str, draw: Callable[[Path], object]) -> tuple[Picture, ...]:
 def of_result(result: Result, name: str) -> Section:
     """What a report says of a contact or an assembly; `name` stands for a title that there is not."""
     kinds = [kind for kind in pictures.kinds_of(result) if kind != "summary"]  # the report is one
-    kinds += result.kind.report_pictures
+    kinds += result.kind.answer.report_pictures
     problem, work, skipped = result.problem, result.work, result.work.get("skipped", {})
     if not result.assembly and problem.line:    # whose cut along rolling has the curves of all its fields
         kinds = [kind for kind in kinds if kind not in ("pressure", "traction", "heat_flux", "temperature")]
     if result.assembly:
         count = len(result.contacts)
-        what = [f"{result.kind.sentence}, with {count} patch{'' if count == 1 else 'es'} of contact."]
+        what = [f"{result.kind.answer.sentence}, with {count} patch{'' if count == 1 else 'es'} of contact."]
     else:
         load = f"load {problem.force_text(problem.normal_force)}" if problem.approach is None else (
             f"approach {number(1e6 * problem.approach)} µm")
@@ -215,13 +215,13 @@ def _tables(result: Result) -> list[Table]:
     names = listed_scalars(row, result.problem)
     if result.assembly:
         single, sides, patches = assembly_rows(result, names, verbose=False)
-        if result.kind.columns:
-            beside = Table(sides[1:], sides[0], result.kind.columns_title, range(len(sides[0])))
+        if result.kind.answer.columns:
+            beside = Table(sides[1:], sides[0], result.kind.answer.columns_title, range(len(sides[0])))
         else:
             of_sides = [(re.sub(", left wheel|left ", "", ASSEMBLY_SCALARS[row[0].replace("_SIDE", "_left")].meaning),
                          *row[1:], row[0]) for row in sides[1:]]  # fmt: skip
             beside = Table(of_sides, ("both sides", "left", "right", "unit", "name"), values=(1, 2, 3), names=(4,))
-        contact_scalars = result.kind.of_contacts
+        contact_scalars = result.kind.answer.of_contacts
         return [Table(_rows(row, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)),
                 *([beside] if sides else []),
                 *([Table([(contact_scalars[row[0]].meaning, *row[1:], row[0]) for row in patches[1:]],

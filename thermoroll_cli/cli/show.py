@@ -63,7 +63,7 @@ def show(
             [(key, read.readings[key].words(record)) for key, record in read.profiles.items()], width)
     if read.surfaces:
         lines += "surfaces", *with_remarks([(key, found.words(found.record())) for key, found in read.surfaces.items()], width)
-    meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS | dict(kind.meanings)
+    meanings = {name: scalar.meaning for name, scalar in ALL_SCALARS.items()} | MEANINGS | dict(kind.answer.meanings)
     lines += "known before solving", *with_remarks(
         [(name, number(value), meanings.get(name, "")) for name, value in facts.items()], width)
     if plan is not None:

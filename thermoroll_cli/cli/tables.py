@@ -81,7 +81,7 @@ def assembly_rows(
     sides: list[tuple[str, ...]] = [("", "left", "right", "")] if sided else []
     sides += [(left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left)) for left, right in sided.items()]
     kind = result.kind
-    if columns := kind.columns:
+    if columns := kind.answer.columns:
         # A row for each contact; those that are the same have one for all of them.
         same: dict[tuple[str, ...], list[str]] = {}
         for record in (contact.record for contact in result.contacts):
@@ -92,8 +92,8 @@ def assembly_rows(
         sides = [columns, *((", ".join(first) if len(first) < 4 else f"{first[0]}, … {first[-1]}", *values)
                             for values, first in zip(shown_values, same.values(), strict=True))]
     shown = result.shown
-    rows = [(kind.one, *(patch.name.replace("_", " ") for patch in shown), "")]
-    for name, scalar in kind.of_contacts.items():
+    rows = [(kind.answer.one, *(patch.name.replace("_", " ") for patch in shown), "")]
+    for name, scalar in kind.answer.of_contacts.items():
         if any(name in patch.record and (verbose or holds(scalar.listed, patch.problem)) for patch in shown):
             cells = (with_error(patch.record[name], patch.record["uncertainty"].get(name, math.nan))
                      if name in patch.record else "" for patch in shown)

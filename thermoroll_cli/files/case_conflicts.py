@@ -150,7 +150,7 @@ def _accuracy_of(numerics: model.NumericsTable, sections: Sections, kind: Kind) 
     missing = {"temperatures": not heated, "wear": sections.get("wear") is None}
     there = (LINE_SCALARS if is_line(sections) else SCALARS) | (
         {} if sections.get("subsurface") is None else SUBSURFACE_SCALARS) | (
-        dict(kind.scalars))
+        dict(kind.answer.scalars))
     groups = [group for group in GROUPS if not missing.get(group)]
     without = {name for group in GROUPS if missing.get(group) for name in GROUPS[group]}
     if not heated:

@@ -127,7 +127,7 @@ def read_table(path: pathlib.Path, *, with_fields: bool = False) -> Columns:
 def _read_csv(path: pathlib.Path) -> Columns:
     with open(path, encoding="utf-8", newline="") as stream:
         header, *rows = list(csv.reader(stream))
-    if any(keys and (*header[: len(keys)],) == keys for keys in (kind.contact_keys for kind in every_kind())):
+    if any(keys and (*header[: len(keys)],) == keys for keys in (kind.answer.contact_keys for kind in every_kind())):
         # The exported contacts of an assembly.
         raise ValueError
     columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}

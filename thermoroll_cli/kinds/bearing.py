@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from thermoroll_cli.problem.kinds import At, Kind
+from thermoroll_cli.problem.kinds import Answer, At, Kind
 from thermoroll_cli.problem.names import BALL_SCALARS, BEARING_SCALARS, TOGETHER
 
 
@@ -22,14 +22,13 @@ class Bearing(Kind):
     warnings = At("many_contacts.bearing.bearing_result.bearing_warnings")
     facts = At("many_contacts.bearing.bearing_result.facts_of")
     plan = At("many_contacts.bearing.bearing_result.plan_of")
-    contact_name, contact_begins = "ball_{ball}_{ring}", ("ball_",)
-    scalars, of_contacts = BEARING_SCALARS | TOGETHER, BALL_SCALARS
-    sentence = "A bearing"
-    shown_by = "ball"
-    columns = ("ball", "ring", "normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa", "Q_F_W")
-    columns_title = "Balls"
-    figures: Mapping[str, str] = {"loads": "plots.bearing_figures.loads_figure", "axes": "plots.bearing_figures.axes_figure",
-                                  "patches": "plots.wheelset_figures.patches_figure"}
+    answer = Answer(
+        contact_name="ball_{ball}_{ring}", contact_begins=("ball_",), scalars=BEARING_SCALARS | TOGETHER,
+        of_contacts=BALL_SCALARS, sentence="A bearing", shown_by="ball", columns_title="Balls",
+        columns=("ball", "ring", "normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa",
+                 "Q_F_W"),
+        figures={"loads": "plots.bearing_figures.loads_figure", "axes": "plots.bearing_figures.axes_figure",
+                 "patches": "plots.wheelset_figures.patches_figure"})
 
     def task(self, settings: Any, contact: Any) -> Any:
         from thermoroll_cli.files.case_bearing import bearing_of

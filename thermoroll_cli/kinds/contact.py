@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.kinds import At, Kind, Planned
+from thermoroll_cli.problem.kinds import Answer, At, Kind, Planned
 
 LOADS = ("normal_N", "normal_N_mm", "hertz_pressure_MPa", "approach_um", "vertical_N")
 
@@ -19,6 +19,7 @@ class Contact(Kind):
     follows = ()
     solver = At("one_contact.refinement.solve.ContactSolver")
     plan = At("one_contact.refinement.plan.make_plan")
+    answer = Answer()
 
     def asked_for(self, tables: Collection[str]) -> bool:
         return True

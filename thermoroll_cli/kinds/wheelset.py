@@ -8,7 +8,7 @@ from typing import Any
 
 from thermoroll_cli.kinds.contact import LOADS
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.kinds import At, Kind
+from thermoroll_cli.problem.kinds import Answer, At, Kind
 from thermoroll_cli.problem.names import PATCH_SCALARS, TOGETHER, WHEELSET_SCALARS
 
 
@@ -21,12 +21,11 @@ class Wheelset(Kind):
     solver = At("many_contacts.wheelset.wheelset_result.WheelsetSolver")
     warnings = At("many_contacts.wheelset.first_contact.wheelset_warnings")
     facts = At("many_contacts.wheelset.first_contact.facts_of")
-    contact_name, contact_begins = "{side}_{number}", ("left_", "right_")
-    scalars, of_contacts = WHEELSET_SCALARS | TOGETHER, PATCH_SCALARS
-    one, sentence = "patch", "A wheelset on its track"
-    meanings: Mapping[str, str] = {f"rolling_radius_{side}_mm": f"at first contact, {side} wheel" for side in ("left", "right")}
-    figures: Mapping[str, str] = {name: f"plots.wheelset_figures.{name}_figure" for name in ("section", "patches", "friction")}
-    report_pictures = ("traction",)
+    answer = Answer(
+        contact_name="{side}_{number}", contact_begins=("left_", "right_"), scalars=WHEELSET_SCALARS | TOGETHER,
+        of_contacts=PATCH_SCALARS, one="patch", sentence="A wheelset on its track", report_pictures=("traction",),
+        meanings={f"rolling_radius_{side}_mm": f"at first contact, {side} wheel" for side in ("left", "right")},
+        figures={name: f"plots.wheelset_figures.{name}_figure" for name in ("section", "patches", "friction")})
 
     def task(self, settings: Any, contact: Any) -> Any:
         from thermoroll_cli.files.case_problem import rail_friction

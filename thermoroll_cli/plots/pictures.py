@@ -47,7 +47,7 @@ show: where a stage was skipped, or a field vanishes everywhere."""
 
 def kinds_of(result: Result) -> tuple[str, ...]:
     """The pictures that a run draws."""
-    return tuple(result.kind.pictures or KINDS)
+    return tuple(result.kind.answer.pictures or KINDS)
 
 
 def figure(result: Result, kind: str = "", *, normalised: bool = False, cut_y: float | None = None) -> Figure | None:
@@ -57,7 +57,7 @@ def figure(result: Result, kind: str = "", *, normalised: bool = False, cut_y: f
     `normalised` draws the article's dimensionless quantities: p/p0, |τ|/p0, q α l/k (l = 1 mm), x/a0, y/b0. `cut_y` (m) is the
     line of the picture "centreline". Raises ValueError for an unknown kind or a cut outside the domain.
     """
-    if kinds := result.kind.pictures:
+    if kinds := result.kind.answer.pictures:
         if kind and kind not in kinds:
             raise ValueError(f"the picture {kind!r} is none of {', '.join(kinds)}; its patches have those of a contact")
         with applied():
@@ -78,7 +78,7 @@ def draw(
     for an unknown kind or format and for a cut outside the domain, OSError where a file cannot be written.
     """
     kinds = kinds or kinds_of(result)
-    whole = result.kind.pictures
+    whole = result.kind.answer.pictures
     of_contacts = {kind: _kind(kind) for kind in kinds if kind not in whole}
     written = []
     with applied():

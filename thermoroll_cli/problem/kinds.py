@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
@@ -68,8 +69,45 @@ class At:
         return self if kind is None else found_at(self.place)
 
 
+@dataclass(frozen=True)
+class Answer:
+    """How the result of a kind is named, printed and drawn. Defaults are those of a contact.
+
+    - `contact_name`, `contact_begins`: how its contacts are called by numbers in their records, as "{side}_{number}", and how
+      such names begin;
+    - `scalars`, `of_contacts`: declarations of its own numbers, and of those in the records of its contacts;
+    - `one`: a contact in words; `sentence`: how a report begins; `meanings`: of facts that are no scalars of a result;
+    - `shown_by`: if given, tables and pictures show those contacts alone that share this number with the most loaded one;
+    - `columns`, `columns_title`: a table of all contacts by these numbers, in place of one with both sides;
+    - `figures`: places of the functions that draw the whole; `report_pictures`: those of contacts that a report adds."""
+
+    contact_name: str = ""
+    contact_begins: tuple[str, ...] = ()
+    scalars: Mapping[str, Any] = field(default_factory=dict)
+    of_contacts: Mapping[str, Any] = field(default_factory=dict)
+    one: str = "contact"
+    sentence: str = ""
+    meanings: Mapping[str, str] = field(default_factory=dict)
+    shown_by: str = ""
+    columns: tuple[str, ...] = ()
+    columns_title: str = ""
+    figures: Mapping[str, str] = field(default_factory=dict)
+    report_pictures: tuple[str, ...] = ()
+
+    @cached_property
+    def contact_keys(self) -> tuple[str, ...]:
+        """Numbers that name a contact, of its record."""
+        return tuple(re.findall(r"{(\w+)}", self.contact_name))
+
+    @cached_property
+    def pictures(self) -> Mapping[str, Callable[[Any], Any]]:
+        """Functions that draw the whole."""
+        return {name: found_at(place) for name, place in self.figures.items()}
+
+
 class Kind:
-    """A kind of problem. Defaults are those of an assembly about which no more is known.
+    """A kind of problem: what is asked of a case, how it is solved, and how its `answer` is shown. Defaults are those of an
+    assembly about which no more is known.
 
     Of a case:
 
@@ -86,17 +124,7 @@ class Kind:
     - `warnings(task)`: those that need no solution; `facts(task)`: numbers known before, in the units of their names;
     - `plan(task)`: what solving takes (`Planned`), None if that is not known;
     - `journal(path, task, case, resume=…)`: the file in which its solver keeps steps, of a case as JSON; None: it keeps none;
-    - `not_resumed`: why a run begins anew where it could be expected to go on.
-
-    Of a result:
-
-    - `contact_name`, `contact_begins`: how its contacts are called by numbers in their records, as "{side}_{number}", and how
-      such names begin;
-    - `scalars`, `of_contacts`: declarations of its own numbers, and of those in the records of its contacts;
-    - `one`: a contact in words; `sentence`: how a report begins; `meanings`: of `facts`;
-    - `shown_by`: if given, tables and pictures show those contacts alone that share this number with the most loaded one;
-    - `columns`, `columns_title`: a table of all contacts by these numbers, in place of one with both sides;
-    - `figures`: places of the functions that draw the whole; `report_pictures`: those of contacts that a report adds."""
+    - `not_resumed`: why a run begins anew where it could be expected to go on."""
 
     name: str
     words: str
@@ -116,18 +144,7 @@ class Kind:
     plan: Any = staticmethod(lambda task: None)
     journal: Any = None
     not_resumed = ""
-    contact_name = ""
-    contact_begins: tuple[str, ...] = ()
-    scalars: Mapping[str, Any] = {}
-    of_contacts: Mapping[str, Any] = {}
-    one = "contact"
-    sentence = ""
-    meanings: Mapping[str, str] = {}
-    shown_by = ""
-    columns: tuple[str, ...] = ()
-    columns_title = ""
-    figures: Mapping[str, str] = {}
-    report_pictures: tuple[str, ...] = ()
+    answer: Answer
 
     def asked_for(self, tables: Collection[str]) -> bool:
         """Whether a case with these tables is one of this kind."""
@@ -167,16 +184,6 @@ class Kind:
         """Plan, facts and all warnings before solving."""
         return self.plan(task), self.facts(task), list(self.warnings(task))
 
-    @cached_property
-    def contact_keys(self) -> tuple[str, ...]:
-        """Numbers that name a contact, of its record."""
-        return tuple(re.findall(r"{(\w+)}", self.contact_name))
-
-    @cached_property
-    def pictures(self) -> Mapping[str, Callable[[Any], Any]]:
-        """Functions that draw the whole."""
-        return {name: found_at(place) for name, place in self.figures.items()}
-
 
 @cache
 def every_kind() -> tuple[Kind, ...]:
@@ -186,6 +193,11 @@ def every_kind() -> tuple[Kind, ...]:
 @cache
 def _by_name() -> dict[str, Kind]:
     return {kind.name: kind for kind in every_kind()}
+
+
+@cache
+def _answers() -> tuple[Answer, ...]:
+    return tuple(kind.answer for kind in every_kind())
 
 
 def kind_named(name: str) -> Kind:
@@ -206,10 +218,10 @@ def kind_in(tables: Iterable[str]) -> Kind:
 
 def contact_name(record: Mapping[str, Any]) -> str:
     """The name of a contact of an assembly, from its record; "" of a patch of one contact."""
-    return next((kind.contact_name.format_map(record) for kind in every_kind()
-                 if kind.contact_name and all(key in record for key in kind.contact_keys)), "")
+    return next((answer.contact_name.format_map(record) for answer in _answers()
+                 if answer.contact_name and all(key in record for key in answer.contact_keys)), "")
 
 
 def scalars_of_contact(name: str) -> Mapping[str, Any]:
     """Declarations of the numbers of the contact of an assembly with this name; none if no contact is called so."""
-    return next((kind.of_contacts for kind in every_kind() if name.startswith(kind.contact_begins)), {})
+    return next((answer.of_contacts for answer in _answers() if name.startswith(answer.contact_begins)), {})

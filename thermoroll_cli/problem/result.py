@@ -196,7 +196,7 @@ class Result:
     @property
     def shown(self) -> tuple[Result, ...]:
         """The contacts that printed tables and pictures show: of a bearing those of the ball with the largest load."""
-        if not (key := self.kind.shown_by) or not self.contacts:
+        if not (key := self.kind.answer.shown_by) or not self.contacts:
             return self.contacts
         largest = max(self.contacts, key=lambda contact: float(contact.record["normal_N"])).record[key]
         return tuple(contact for contact in self.contacts if contact.record[key] == largest)

@@ -135,7 +135,7 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
         rows = [patch | {f"uncertainty.{name}": error for name, error in patch["uncertainty"].items() if not math.isnan(error)}
                 for patch in map(dict, result.records)]
         names = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "uncertainty"]
-        write_rows(path, names or [*result.kind.contact_keys], ([row.get(name, "") for name in names] for row in rows))
+        write_rows(path, names or [*result.kind.answer.contact_keys], ([row.get(name, "") for name in names] for row in rows))
     tables: dict[pathlib.Path, dict[str, AnyArray]] = {}
     for name, contact in result.by_suffix.items():
         for _, prefix, state in _states(contact):

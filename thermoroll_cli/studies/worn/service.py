@@ -153,7 +153,7 @@ def rate_errors_of(result: Result, name: str) -> tuple[float, float]:
 
 
 def _patches(result: Result, name: str) -> list[Result]:
-    return [patch for patch in result.contacts if patch.record["side"] == name.partition("_")[2]]
+    return [patch for patch in result.contacts if patch.name.startswith(f"{name.partition('_')[2]}_")]
 
 
 def _body_of(name: str) -> BodyName:
