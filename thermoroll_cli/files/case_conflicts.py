@@ -111,7 +111,7 @@ def _hertz_pressure(sections: Sections, geometry: model.GeometryTable, load: mod
     """A pressure says what the load is where Hertz's theory holds."""
     if load.hertz_pressure_MPa is None:
         return
-    layered = any(table.layers or table.relaxation or table.relaxation_file for _, table in _materials(sections))
+    layered = any(table.layers or table.relaxation or table.relaxation_file for _, table in materials_of(sections))
     why = "a conformal contact" if geometry.conformal else "profiles" if geometry.lower_profile or geometry.upper_profile else (
         "bodies with coatings, or that relax" if layered else "")
     if why:
