@@ -42,8 +42,8 @@ def test_modules_and_cases_that_are_named_exist(page: Path) -> None:
 
 def test_the_flow_diagram_shows_every_package() -> None:
     page = (ROOT / "docs" / "developing.md").read_text(encoding="utf-8")
-    (diagram,) = re.findall(r"^## The flow of one solve\n(.*?)^A state", page, re.DOTALL | re.MULTILINE)
-    table = page.partition("## The flow of one solve")[0]
+    (diagram,) = re.findall(r"^## The flow of one contact\n(.*?)^A state", page, re.DOTALL | re.MULTILINE)
+    table = page.partition("## The flow of one contact")[0]
     assert [package for package in PACKAGES if not re.search(rf"\b{package}\b", diagram)] == []
     assert [package for package in PACKAGES if f"`{package}`" not in table and package != "result"] == []
 
