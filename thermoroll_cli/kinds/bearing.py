@@ -9,7 +9,7 @@ from thermoroll_cli.problem.kinds import Answer, At, Kind
 from thermoroll_cli.problem.names import BALL_SCALARS, BEARING_SCALARS, TOGETHER
 
 
-class Bearing(Kind):
+class BearingKind(Kind):
     name, words = "bearing", "a ball bearing"
     tables = ("bearing",)
     rolls = False
@@ -53,4 +53,4 @@ class Bearing(Kind):
             yield Conflict(path, message, allowed, at_key=path == ("bearing", "load"))
 
 
-KINDS = (Bearing(),)
+KINDS = (BearingKind(),)

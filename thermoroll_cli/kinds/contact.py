@@ -12,7 +12,7 @@ from thermoroll_cli.problem.kinds import Answer, At, Kind, Planned
 LOADS = ("normal_N", "normal_N_mm", "hertz_pressure_MPa", "approach_um", "vertical_N")
 
 
-class Contact(Kind):
+class ContactKind(Kind):
     name, words = "contact", "a single contact"
     needs = ("geometry",)
     one_of: Mapping[str, tuple[str, ...]] = {"load": LOADS}
@@ -46,7 +46,7 @@ class Contact(Kind):
         return plan, plan.facts, [*plan.warnings, *expected_temperature_warning(plan.derived)]
 
 
-class ContactOverTime(Contact):
+class ContactOverTimeKind(ContactKind):
     name = "contact over time"
     base = False
     solver = At("many_contacts.history.solve.HistorySolver")
@@ -80,8 +80,8 @@ class ContactOverTime(Contact):
     def known(self, task: Any) -> tuple[Planned | None, Mapping[str, float], list[str]]:
         """Facts are those at the largest load."""
         plan = self.plan(task)
-        facts = Contact().known(task.largest)[1]
+        facts = ContactKind().known(task.largest)[1]
         return plan, {name: value for name, value in facts.items() if value == value}, [*self.warnings(task)]
 
 
-KINDS = (ContactOverTime(), Contact())
+KINDS = (ContactOverTimeKind(), ContactKind())

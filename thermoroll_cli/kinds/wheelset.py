@@ -12,7 +12,7 @@ from thermoroll_cli.problem.kinds import Answer, At, Kind
 from thermoroll_cli.problem.names import PATCH_SCALARS, TOGETHER, WHEELSET_SCALARS
 
 
-class Wheelset(Kind):
+class WheelsetKind(Kind):
     name, words = "wheelset", "a wheelset"
     tables = needs = ("track", "wheelset")
     refused = ("geometry", *(f"load.{key}" for key in LOADS), "creepage", "force", "surface")
@@ -55,7 +55,7 @@ class Wheelset(Kind):
         return task
 
 
-class WheelsetOverTime(Wheelset):
+class WheelsetOverTimeKind(WheelsetKind):
     name = "wheelset over time"
     base = False
     solver = At("many_contacts.history.wheelset_over_time.WheelsetHistorySolver")
@@ -86,4 +86,4 @@ class WheelsetOverTime(Wheelset):
         return task.problem
 
 
-KINDS = (WheelsetOverTime(), Wheelset())
+KINDS = (WheelsetOverTimeKind(), WheelsetKind())
