@@ -46,6 +46,7 @@ _PLACES = {
     "sweep": "thermoroll_cli.studies.sweeps.sweep",
     "wear": "thermoroll_cli.studies.worn.follow",
     # Not offered, but called by methods of a result.
+    "draw_on": "thermoroll_cli.plots.pictures",
     "figure": "thermoroll_cli.plots.pictures",
     "write_result": "thermoroll_cli.files.result.outcome",
 }

@@ -476,3 +476,18 @@ def test_the_track_shows_both_bodies_where_one_returns() -> None:
 
 def test_without_a_track_there_is_no_picture_of_it() -> None:
     assert figure(solved(wheel_on_rail(16, upper_track=None)), "track") is None
+
+
+def test_a_map_or_a_curve_is_drawn_on_axes_of_the_caller() -> None:
+    result = synthetic.result((24, 24))
+    canvas = Figure()
+    left, right = canvas.subplots(1, 2)
+    assert result.plot("temperature", ax=left) is canvas and result.plot(ax=right) is canvas
+    assert len(left.images) == len(right.images) == 1 and len(canvas.axes) == 4
+    assert canvas.axes[3].get_ylabel() == "pressure p (MPa)"
+    drawn = float(np.asarray(right.images[0].get_array()).max())
+    assert drawn == pytest.approx(1e-6 * float(result.coupled.fields["pressure"].max()))
+    with pytest.raises(ValueError, match="there is no picture 'presure'"):
+        result.plot("presure", ax=left)
+    with pytest.raises(ValueError, match="there is no picture 'summary'"):
+        result.plot("summary", ax=left)

@@ -221,7 +221,8 @@ def query(
         "spin_moment_error_Nmm": forces.spin_moment_error * 1e3, "T_gamma_N": forces.t_gamma,
         "T_gamma_error_N": forces.t_gamma_error, "gamma_st": forces.stick_fraction,
         "poisson_ratio": np.full_like(xi, table.values.poisson_ratio)}
-    rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
+    # Symmetry leaves −0, which reads as a number that is not 0.
+    rows = list(zip(*((values + 0.0).tolist() for values in columns.values()), strict=True))
     if csv is not None:
         write_rows(csv, columns, rows)
     if not as_json:

@@ -118,6 +118,26 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     return figure
 
 
+def map_on(axes: Axes, frame: RunFrame, quantity: Quantity) -> bool:
+    """Draw the map of a quantity in the last state, of the body where it is largest, with its borders and a colour bar, on the
+    caller's `axes`; returns whether there is anything to show."""
+    shown = [(values, body) for body in frame.bodies(quantity)
+             if (values := frame.last.values(quantity, body)) is not None and values.any()]
+    if not shown:
+        return False
+    values, body = max(shown, key=lambda each: float(each[0].max()))
+    whole = lives_everywhere(quantity)
+    if not (quantity.from_zero or whole):
+        values = _continued(values, frame.last.state.fields["state"] > 0)
+    scale = frame.scale(quantity, float(np.abs(values).max()))
+    low, high = limits_of([values], quantity.from_zero)
+    image = draw_map(axes, frame, frame.last, values * scale.factor,
+                     colours_of(quantity, low * scale.factor, high * scale.factor), whole=whole)
+    label = ", ".join(filter(None, (scale.label, f"{body} body" if body else "")))
+    axes.figure.colorbar(image, ax=axes, label=label)
+    return True
+
+
 def _continued(values: Array, inside: NDArray[np.bool_]) -> Array:
     """`values` with those of the nearest element `inside` the contact around it: a zero there is no value of the field."""
     nearest = distance_transform_edt(~inside, return_distances=False, return_indices=True)

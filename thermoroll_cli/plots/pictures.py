@@ -7,10 +7,11 @@ import pathlib
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from thermoroll_cli.plots.cuts import centreline_figure, curve_figure, track_figure
-from thermoroll_cli.plots.maps import field_figure
+from thermoroll_cli.plots.cuts import centreline_figure, curve_figure, curves_of, draw_diagram, track_figure
+from thermoroll_cli.plots.maps import field_figure, flow_label, map_on
 from thermoroll_cli.plots.profile_figures import profile_figure
 from thermoroll_cli.plots.run_frame import RunFrame, frame_of
 from thermoroll_cli.plots.style import applied, save
@@ -67,6 +68,22 @@ def figure(result: Result, kind: str = "", *, normalised: bool = False, cut_y: f
         return draw(frame_of(result, normalised, cut_y))
 
 
+def draw_on(axes: Axes, result: Result, kind: str = "", *, normalised: bool = False) -> None:
+    """Draw a quantity of the last state of a contact on the caller's `axes`: its map with borders and a colour bar, of the
+    hotter body where they differ, of a line contact its curve over x.
+
+    `kind` is one of the maps of `figure`, by default the pressure. Raises ValueError for another picture, for an assembly, and
+    where there is nothing to show."""
+    if result.assembly:
+        raise ValueError("an assembly has pictures of several diagrams: draw one of its contacts on axes of your own")
+    quantity, frame = _quantity(kind or "pressure"), frame_of(result, normalised)
+    if frame.line and (curves := curves_of(frame, quantity)):
+        draw_diagram(axes, frame, quantity, curves)
+        axes.set_xlabel(flow_label(frame))
+    elif frame.line or not map_on(axes, frame, quantity):
+        raise ValueError(f"there is nothing to show of {quantity.name} in this result")
+
+
 def draw(
     result: Result, stem: pathlib.Path, *, kinds: Sequence[str] = (), formats: Sequence[str] = ("png",),
     dpi: float | None = None, normalised: bool = False, cut_y: float | None = None,
@@ -103,8 +120,13 @@ def _saved(
 
 def _kind(name: str) -> Draw:
     """How a picture is drawn: that of a kind, or a map of any field (vectors by their length). Raises ValueError."""
-    if name in KINDS:
-        return KINDS[name]
+    return KINDS[name] if name in KINDS else partial(_of_field, quantity=_quantity(name))
+
+
+def _quantity(name: str) -> Quantity:
+    """The quantity of a map: one of `QUANTITIES`, or any field (vectors by their length). Raises ValueError."""
+    if name in QUANTITIES:
+        return QUANTITIES[name]
     parts = tuple(field for field in FIELDS if field in (name, f"{name}_x", f"{name}_y"))
     if not parts:
         vectors = dict.fromkeys(field[:-2] for field in FIELDS if field.endswith("_x"))
@@ -112,4 +134,4 @@ def _kind(name: str) -> Draw:
                          f"{', '.join((*FIELDS, *vectors))}")
     first = FIELDS[parts[0]]
     words = first.meaning.removesuffix(" along x") if len(parts) == 2 else first.meaning
-    return partial(_of_field, quantity=Quantity(name, parts, words, "", "", "viridis", "", from_zero=False))
+    return Quantity(name, parts, words, "", "", "viridis", "", from_zero=False)

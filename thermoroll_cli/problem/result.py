@@ -311,19 +311,23 @@ class Result:
         of_above("write_result")(path, self)
         return pathlib.Path(path)
 
-    def plot(self, kind: str = "", *, normalised: bool = False, cut_y: float | None = None) -> Any:
-        """A picture as a matplotlib figure; `figure.savefig` writes it. Maps are seen from below (docs/frames.md). For axes
-        of your own: `result.to_xarray()["pressure"].plot(ax=axes)`.
+    def plot(self, kind: str = "", *, normalised: bool = False, cut_y: float | None = None, ax: Any = None) -> Any:
+        """A picture as a matplotlib figure; `figure.savefig` writes it. Maps are seen from below (docs/frames.md).
 
         Parameters:
 
         - `kind`: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary", … as `thermoroll run` draws them,
           or any field, as a map; of a wheelset "section", "patches" or "friction"; by default the summary, or the section;
         - `normalised`: the article's dimensionless quantities (p/p0, x/a0, …);
-        - `cut_y`: the line y of the picture "centreline", in m.
+        - `cut_y`: the line y of the picture "centreline", in m;
+        - `ax`: axes of yours, on which the map of one quantity in the last state is drawn with its colour bar (by default the
+          pressure; of a line contact its curve); their figure is returned.
 
         Raises ValueError for an unknown kind (the message lists them), for a cut outside the domain, and if there is nothing to
         show, as the temperature of a problem without heat."""
+        if ax is not None:
+            of_above("draw_on")(ax, self, kind, normalised=normalised)
+            return ax.figure
         figure = of_above("figure")(self, kind, normalised=normalised, cut_y=cut_y)
         if figure is None:
             raise ValueError(f"there is nothing to show in a picture {kind!r} of this result")
