@@ -8,11 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli.files.result.outcome import read_result, write_result
+from thermoroll_cli.files.table_file import read_table
+from thermoroll_cli.plots import style as plot_style
 
 
 @pytest.fixture(scope="module")
@@ -197,3 +200,26 @@ def test_sweeps_are_drawn_again_from_either_table(tmp_path: Path) -> None:
 def test_pictures_in_notebooks(result: Path) -> None:
     read = read_result(result)
     assert read.plot("pressure").axes and read.plot("gap").axes
+
+
+def test_several_sweeps_or_results_are_drawn_over_each_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "spheres.toml").write_text(MECHANICAL.replace("grid = 16", "grid = 8"))
+    pictures: list[Figure] = []
+    monkeypatch.setattr(plot_style, "save", lambda figure, path, dpi=None: pictures.append(figure) or path)
+    for name, friction in (("dry", "0.4"), ("wet", "0.1")):
+        over = ("--over", "load.normal_N=50,65,80", "--set", f"load.friction_coefficient={friction}")
+        assert call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / name, "--no-plots", "-q").returncode == 0
+    both = [tmp_path / name / "sweep.csv" for name in ("dry", "wet")]
+    done = call("plot", *both, "--over", "--columns", "force_x_N", "-o", tmp_path)
+    assert (done.returncode, done.stdout.strip()) == (0, str(tmp_path / "sweep_over.png"))
+    columns = [read_table(path) for path in both]
+    drawn = [list(line.get_ydata()) for line in pictures[0].axes[0].lines]
+    assert drawn == [list(table["force_x_N"]) for table in columns] and drawn[0] != drawn[1]
+    assert [text.get_text() for text in pictures[0].legends[0].get_texts()] == ["case = dry", "case = wet"]
+    results = [tmp_path / name / "spheres_0001.h5" for name in ("dry", "wet")]
+    assert call("plot", *results, "--over", "-o", tmp_path).returncode == 0
+    assert [text.get_text() for text in pictures[1].legends[0].get_texts()] == ["dry", "wet"]
+    peaks = [max(line.get_ydata()) for line in pictures[1].axes[1].lines]
+    assert peaks[0] > 1.5 * peaks[1]
+    mixed = call("plot", results[0], both[0], "--over", "-o", tmp_path)
+    assert mixed.returncode == 2 and "several results of contacts, or several tables" in mixed.stderr

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -44,6 +44,9 @@ def plot(
     cut_y: Annotated[float | None, typer.Option("--cut-y", metavar="MM", help="Curves along x at this y.")] = None,
     over_x: options.Over = "",
     columns: options.Columns = "",
+    together: Annotated[
+        bool, typer.Option("--over", help="All in one picture: curves of sweeps or histories, centre lines of results.")
+    ] = False,
     theories: options.Compare = "",
     data: options.Data = None,
     animate: Annotated[
@@ -61,7 +64,7 @@ def plot(
 
     check_no_cases(results)
     endings, stems = options.image_formats(formats), [_stem(path, output) for path in results]
-    if twice := next((stem for stem in stems if stems.count(stem) > 1), None):
+    if not together and (twice := next((stem for stem in stems if stems.count(stem) > 1), None)):
         raise typer.BadParameter(f"several results would write {twice}_*.{endings[0]}: draw them into folders of their own "
                                  "with -o", param_hint="RESULT.h5...")  # fmt: skip
     with options.usage("--measured"):
@@ -70,6 +73,16 @@ def plot(
     stored = [read_stored(path, with_fields=bool(animate)) for path in results]
     if output is not None:
         options.check_writable(output)
+    if together:
+        with options.usage("--over"):
+            # Sweeps are all called alike: their folders are not.
+            alike = len({path.stem for path in results}) < len(results)
+            written = [_over(dict(zip((path.parent.resolve().name if alike else path.stem for path in results), stored,
+                                      strict=True)),
+                             stems[0].with_name(f"{stems[0].name}_over.{ending}"), dpi, over_x, options.words(columns))
+                       for ending in endings]  # fmt: skip
+        streams.write(*map(str, written if not quiet else ()))
+        return
     for path, stem, result in zip(results, stems, stored, strict=True):
         try:
             if animate:
@@ -97,6 +110,29 @@ def plot(
             # Those of other formats may show this very result.
             stale = (stem.with_name(f"{name}.{ending}") for name in names for ending in endings)
             options.report_stale(stale if not fields else (), written)
+
+
+def _over(found: Mapping[str, Result | Columns], path: Path, dpi: float | None, x: str, only: Sequence[str]) -> Path:
+    """Several results, or several tables, in one picture at `path`. Raises ValueError where they do not go together."""
+    from thermoroll_cli.plots import style
+    from thermoroll_cli.plots.cuts import over_figure
+    from thermoroll_cli.plots.run_frame import frame_of
+    from thermoroll_cli.studies.sweeps.table_picture import draw_table, over_each_other
+
+    results = {name: each for name, each in found.items() if isinstance(each, Result)}
+    tables = {name: each for name, each in found.items() if not isinstance(each, Result)}
+    if len(found) < 2 or (results and tables) or any(each.assembly for each in results.values()):
+        raise ValueError("takes several results of contacts, or several tables of sweeps or histories, of names of their own")
+    if tables:
+        merged = over_each_other(tables)
+        if why_not := draw_table(merged, path, dpi=dpi, x=x or merged.varied[0], only=only):
+            raise ValueError(why_not)
+        return path
+    with style.applied():
+        figure = over_figure({name: frame_of(each) for name, each in results.items()})
+        if figure is None:
+            raise ValueError("there is nothing to show")
+        return style.save(figure, path, dpi)
 
 
 def _animated(path: Path, stem: Path, table: Columns, key: str) -> Path:

@@ -3,7 +3,7 @@ temperatures across the track of bodies that bring heat back."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,6 +63,36 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
         axes.set_xlabel(flow_label(frame))
     frame.add_headline(figure, frame.place_words(frame.cut_y))
     style.add_legend(figure, handles)
+    return figure
+
+
+def over_figure(frames: Mapping[str, RunFrame]) -> Figure | None:
+    """Pressure, traction, heat flux and temperature of several results along the cut of each, in its last state, with a colour
+    for each name; None where there is nothing to show."""
+    colours = dict(zip(frames, (f"C{place}" for place in range(len(frames))), strict=True))
+    diagrams = list[tuple[Quantity, list[Curve]]]()
+    for quantity in (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE):
+        curves = [Curve(frame.last.state.x, on_line(frame.last.state.y, values, frame.cut_y), colours[name], dashes,
+                        f"{name}, {body} body" if body == "upper" else name)
+                  for name, frame in frames.items()
+                  for body, dashes in zip(frame.bodies(quantity), ("solid", style.DASHED), strict=False)
+                  if (values := frame.last.values(quantity, body)) is not None]
+        if any(curve.values.any() for curve in curves):
+            diagrams.append((quantity, curves))
+    if not diagrams:
+        return None
+    frame = max(frames.values(), key=lambda each: each.domain[1])
+    rows = -(-len(diagrams) // 2)
+    figure = style.new_figure(style.DOUBLE if len(diagrams) > 1 else style.SINGLE, (58.0 * rows + 16.0) * style.MM)
+    grid = figure.subplots(rows, min(len(diagrams), 2), squeeze=False)
+    for axes in grid.flat[len(diagrams):]:
+        axes.set_visible(False)
+    for axes, (quantity, curves) in zip(grid.flat, diagrams, strict=False):
+        draw_diagram(axes, frame, quantity, curves)
+        axes.set_xlabel(flow_label(frame))
+    style.add_headline(figure, "", all(each.result.converged for each in frames.values()),
+                       ", ".join(filter(None, dict.fromkeys(each.place_words(each.cut_y) for each in frames.values()))))
+    style.add_legend(figure, line_handles(curve for _, curves in diagrams for curve in curves))
     return figure
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.fit_figures import mark_measured
@@ -13,8 +13,22 @@ from thermoroll_cli.problem.columns import CONVERGED, Columns
 from thermoroll_cli.problem.names import known_as
 from thermoroll_cli.studies.sweeps.measured import Measured
 
+CASE = "case"
+"""The column that tells tables drawn together apart."""
 MOST_DRAWN = 20_000
 """Points of which a picture still shows something."""
+
+
+def over_each_other(tables: Mapping[str, Columns]) -> Columns:
+    """One table of several by the names of their cases, the column `CASE`, with the columns that all have. Raises ValueError
+    where they were not varied over the same."""
+    first, *others = tables.values()
+    if different := next((table for table in others if {*table.varied} != {*first.varied}), None):
+        raise ValueError(f"one is over {', '.join(first.label)}, another over {', '.join(different.label)}")
+    shared = [name for name in first if name != CASE and all(name in table for table in tables.values())]
+    columns = {name: [value for table in tables.values() for value in table[name]] for name in shared}
+    columns[CASE] = [name for name, table in tables.items() for _ in range(table.count)]
+    return Columns(columns, (*first.label, CASE), (*first.label, CASE))
 
 
 def draw_table(
