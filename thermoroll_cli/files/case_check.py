@@ -31,7 +31,7 @@ from thermoroll_cli.files.profile_file import Reading, read_outline, read_profil
 from thermoroll_cli.files.spellings import factor_of, meant, unit_in
 from thermoroll_cli.files.surface_file import MEASURED_IN
 from thermoroll_cli.one_contact.steady_state.derived import derived_of
-from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
+from thermoroll_cli.one_contact.steady_state.solvable import passes, reasons_against
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import Kind, every_kind, kind_in
 from thermoroll_cli.problem.names import unit_of
@@ -150,7 +150,8 @@ class _Checker:
         reasons = list[Unsolvable]()
         try:
             problem = problem_of(settings)
-            reasons += reasons_against(derived_of(problem))
+            derived = derived_of(problem)
+            reasons += () if passes(derived) else reasons_against(derived)
         except Unsolvable as cause:  # there is no problem to ask
             reasons.append(cause)
         for reason in reasons:

@@ -50,10 +50,15 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
 
 
 @lru_cache(maxsize=2)
+def passes(derived: DerivedQuantities) -> bool:
+    """Whether there is no reason against the problem; kept for whoever asks next, as `derived_of` keeps what it is asked of."""
+    return next(reasons_against(derived), None) is None
+
+
 def check(derived: DerivedQuantities) -> None:
-    """Raises Unsolvable, for the first of the reasons. What passes is not checked again for who asks next."""
-    for reason in reasons_against(derived):
-        raise reason
+    """Raises Unsolvable, for the first of the reasons."""
+    if not passes(derived):
+        raise next(reasons_against(derived))
 
 
 def _force(derived: DerivedQuantities) -> Iterator[Unsolvable]:
