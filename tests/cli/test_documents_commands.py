@@ -152,8 +152,9 @@ def test_readme_and_recipes(place: Path) -> None:
 
 def test_scripts_and_ci(place: Path) -> None:
     """The workflow has the commands of the page, and finds a drift that is there."""
-    recipe, scripts = (smaller(block) for block in blocks("ci", "sh"))
+    recipe, limits, scripts = (smaller(block) for block in blocks("ci", "sh"))
     run(recipe, place)
+    shell(limits, place, codes=(0, 6))
     run(scripts, place)
     assert (place / "speeds.jsonl").read_text().count("\n") == 1
     assert (place / "speeds" / "sweep.png").exists()
