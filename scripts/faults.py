@@ -1,4 +1,4 @@
-"""Small faults in the package, one at a time, and which test notices each.
+"""Small faults in the package, one at a time, and which test notices each: `docs/faults.md`.
 
     python -m scripts.faults [--seed S] [--count N] [--only TEXT] [--package REVISION] [--suite REVISION] [--jobs J] [--table]
 

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from tests.support import synthetic
 from tests.support.problems import STEEL, rolling
 from thermoroll_cli.plots import animation
-from thermoroll_cli.plots.maps import border_handles
-from thermoroll_cli.plots.run_frame import frame_of
+from thermoroll_cli.plots.maps import border_handles, colours_of
+from thermoroll_cli.plots.run_frame import TEMPERATURE, frame_of
 from thermoroll_cli.plots.subsurface_figures import subsurface_figure
 from thermoroll_cli.problem.problem import Heating, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
@@ -25,6 +25,12 @@ def test_the_arrow_of_the_legend_is_symmetric_about_its_axis() -> None:
     assert vertices[:, 0].min() == -1.0 and vertices[:, 0].max() == 1.0
     mirrored = {(x, -y) for x, y in vertices.tolist()}
     assert mirrored == {(x, y) for x, y in vertices.tolist()}
+
+
+def test_colours_of_both_signs_reach_equally_far() -> None:
+    for low, high in ((-2.0, 1.0), (-1.0, 2.0)):
+        norm = colours_of(TEMPERATURE, low, high)["norm"]
+        assert (norm.vmin, norm.vcenter, norm.vmax) == (-2.0, 0.0, 2.0)
 
 
 def test_a_line_of_an_animation_fills_its_axes() -> None:

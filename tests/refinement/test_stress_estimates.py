@@ -69,7 +69,6 @@ def test_alternating_plasticity_on_few_elements() -> None:
     assert 0.004 < off <= relative(result)[name] < 0.02
 
 
-@pytest.mark.slow
 def test_what_lies_between_depths_is_known_better_than_from_every_second_one() -> None:
     """Without friction the strength needed below the surface is known to 1e-6, estimated as 3.6e-3 from 16 depths."""
     problem = POPULATIONS["coverage of histories"].draw(200)

@@ -81,6 +81,15 @@ def test_uniform_slip_is_uniform_motion(divided):
         np.testing.assert_allclose(gap, exact, atol=2e-5 * np.abs(exact).max())
 
 
+def test_bodies_of_one_diffusivity_share_a_response():
+    """Of other conductivities: the difference that an exchanged heat makes is the sum of both rises."""
+    flux = np.random.default_rng(5).random(GRID.shape)
+    pair = [replace(b, speed_x=0.02) for b in (body(), body(KAPPA, 20.0))]
+    sliding, moving = SlidingHeatResponse(SlidingKernels(GRID), *pair, np.full(GRID.shape, 0.02)), HeatResponse(GRID, *pair)
+    exact = moving.temperature_difference(flux)
+    np.testing.assert_allclose(sliding.temperature_difference(flux), exact, atol=2e-5 * np.abs(exact).max())
+
+
 def test_expansions_serve_until_slip_has_doubled():
     """Kernels are built for a power of two: states with a little more or less slip share them, back and forth, too."""
     kernels = SlidingKernels(GRID)
