@@ -145,9 +145,10 @@ def temperature_difference(summary: Mapping[str, Any]) -> float:
 
 def mean_semi_axis(summary: Mapping[str, Any]) -> float:
     """sqrt(a0 b0) in mm; for surfaces without a Hertz ellipse the radius of a circle of the same contact area; a0 of a line
-    contact."""
+    contact, or half of its width."""
     if known_as("contact_area_mm2", summary) != "contact_area_mm2":
-        return _number(summary, "hertz_a_mm")
+        half = _number(summary, "hertz_a_mm")
+        return 0.5 * _number(summary, "contact_area_mm2") if math.isnan(half) else half
     axes = _number(summary, "hertz_a_mm") * _number(summary, "hertz_b_mm")
     if math.isinf(axes):
         return _number(summary, "hertz_a_mm")

@@ -8,55 +8,29 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import scipy
 
 from thermoroll_cli.many_contacts.history.course import History, OverTime, When
 from thermoroll_cli.many_contacts.history.history_plan import check, grids_of, warnings_of
 from thermoroll_cli.many_contacts.history.kept_steps import KeptSteps
+from thermoroll_cli.many_contacts.history.row_errors import Row, errors_of_rows, scalars_of_problem
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
-from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR, missed_accuracy
+from thermoroll_cli.one_contact.refinement.error_estimates import missed_accuracy
 from thermoroll_cli.one_contact.refinement.outcome import state_of_line
 from thermoroll_cli.one_contact.refinement.plan import extent_of, grown, may_grow
-from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
-from thermoroll_cli.one_contact.steady_state.scalars import patches_of, problem_scalars
+from thermoroll_cli.one_contact.steady_state.scalars import patches_of
 from thermoroll_cli.problem.columns import CONVERGED, Columns
-from thermoroll_cli.problem.names import ALL_SCALARS, PLACES, SCALARS, UNCERTAINTY, holds, known_as, over_limit, per_length
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.names import PLACES, SCALARS, UNCERTAINTY, known_as, over_limit
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale, not_reached, worst
 from thermoroll_cli.tools.arrays import Array
 from thermoroll_cli.tools.journal import Journal
 
-SAFETY = 1.75
-"""Estimated error over the difference from half the elements and steps: with kinks and jumps between long steps, which have
-errors of first order, 96 % of 520 pairs are then covered (`make stress`), at six times the error in the median."""
 NOT_SOLVED = "the step was not solved: smaller ones help where inputs change much in one"
-INTERPOLATED = "force_x_N", "force_y_N", "elastic_energy_J", "heat_J", "shift_x_um", "shift_y_um"
-"""What errs with a first state from another grid."""
-NARROW = 2.0
-"""How often the difference counts besides where nothing rolls and the slip zone is narrower than an element: on both grids it
-is as wide as elements allow. Of 54 shifts by 3 to 70 % of μW 0.2 % of 3,024 pairs are then short, none by 3; 2.9 % without."""
-BORDER = 0.2
-"""Least error of the stick area where nothing rolls, in elements along its border: it is known to first order, and never as
-small as it is. Cattaneo's has 0.04 to 0.17 on 16 to 48 elements a side."""
 LOST = 1e-3
 """Share of the force that a state from a file loses between two grids, above which a warning says so."""
-MIDDLE = 0.25
-"""Least error of the pressure in the middle over that of the largest one: on 10 and 20 elements it may be the same."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
-
-
-@dataclass(frozen=True)
-class Row(When):
-    """A state of a history as tables have it: scalars, the `applications` since the row before, whether all steps since then
-    were solved, and with its fields the `state`."""
-
-    scalars: Mapping[str, float]
-    applications: int
-    converged: bool
-    state: State | None = None
 
 
 class HistorySolver:
@@ -167,7 +141,7 @@ class _Level:
             f"the state to begin with is interpolated from another grid: {100 * self.interpolated:.2g} % of its force was lost "
             "on the way and put back, and counts in the errors; take its grid and numerics.extent"]
         grid = self._last.here.grid
-        errors = _errors(self.history, self.rows, self.coarser, (grid.dx, grid.dy), self.interpolated)
+        errors = errors_of_rows(self.history, self.rows, self.coarser, (grid.dx, grid.dy), self.interpolated)
         return _result(self.history, self.rows, self._last, errors, [*self.warnings, *lost])
 
 
@@ -187,91 +161,9 @@ def _missed(result: Result, history: History) -> dict[str, float]:
     return missed_accuracy(errors, largest, history.problem)
 
 
-def over_rows(places: Array, known: Array, difference: Array) -> Array:
-    """The `difference` from a coarser history, (n,) at the places `known`, at all `places`: it changes its sign, so that it
-    counts no less than in the rows beside it, and than its mean over all."""
-    beside = scipy.ndimage.maximum_filter1d(difference, 3)
-    return np.maximum(np.interp(places, known, beside), np.sqrt((difference**2).mean()))
-
-
-def _errors(
-    history: History, rows: Sequence[Row], coarser: Sequence[Row], sides: tuple[float, float], interpolated: float = 0.0
-) -> dict[str, Array]:
-    """Estimated errors of the scalars of all `rows`, from those of `coarser` elements and steps at the same places. The
-    difference counts `SAFETY` times, as for errors of first order, which jumps and kinks of inputs have, and `NARROW` times
-    more where slip is not resolved by elements of the `sides` (m); there is a least error of `BORDER`. It changes its sign:
-    an error is no less than that of the rows beside it, and than the mean of all, beside the `FLOOR` of tolerances. Those
-    of work and heat are no less than what is missing between both and the stored energy. Where nothing rolls and all
-    elements stick, a border that slips unseen rubs away a share of the largest force times the shift: that which slips in
-    Cattaneo's line contact, and no more than an element. Where a difference may vanish by chance in all rows, another one
-    tells: work errs as heat does, and the pressure of the middle as the largest one, by `MIDDLE`. Slopes that means over
-    elements do not see raise the largest pressure by E*/2 of them. Forces, energies and the
-    shift also err by the share of the first force that was `interpolated`, until rolling over the contact's length has made
-    the material forget it."""
-    found: dict[str, Array] = {}
-    dx = sides[0]
-    problem, of_problem = history.problem_at(rows[-1].place), _known(history.largest)
-    columns = {name: np.array([row.scalars[name] for row in rows]) for name in rows[0].scalars}
-    largest = {**of_problem, **{name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}}
-    places = np.array([row.place for row in rows])
-    other = {row.place: row for row in coarser}
-    both = [i for i, row in enumerate(rows) if row.place in other]
-    half, rolled = DerivedQuantities(history.largest).scales.semi_axis_x, np.array([row.distance for row in rows])
-    still, gamma = np.diff(rolled, prepend=rolled[0]) == 0.0, columns["gamma_st"]
-    safety = SAFETY * np.where(still & ((1.0 - (gamma if problem.line else np.sqrt(gamma))) * half < dx), NARROW, 1.0)
-    for name, column in columns.items() if both else ():
-        difference = np.abs(column[both] - np.array([other[rows[i].place].scalars[name] for i in both]))
-        known = ~np.isnan(difference)
-        given = name in ALL_SCALARS and holds(ALL_SCALARS[name].given, problem)
-        if known.any() and difference[known].any() and not given:
-            error = over_rows(places, places[both][known], difference[known])
-            found[name] = np.where(np.isnan(column), math.nan, safety * error + FLOOR * error_scale(name, largest))
-    forgotten = np.exp((rolled[0] - rolled) / (2.0 * half))
-    force = np.hypot(*(columns[known_as(name, columns)] for name in ("force_x_N", "force_y_N")))
-    for name in [known_as(each, columns) for each in INTERPOLATED] if interpolated else ():
-        size = float(force[0] if name.startswith("force") else np.nanmax(np.abs(columns[name])))
-        found[name] = found.get(name, np.zeros(len(rows))) + interpolated * size * forgotten
-    moved = still & (gamma > 0.0) & (columns[known_as("elastic_energy_J", columns)] > 0.0)
-    for name in {"gamma_st", "stick_area_mm2", "stick_width_mm"} & found.keys():
-        whole = columns[name] / np.where(moved, gamma, 1.0)
-        found[name] = np.maximum(found[name], np.where(moved, BORDER * 2.0 * dx / half * whole, 0.0))
-    stored, worked, heat = (known_as(name, columns) for name in ("elastic_energy_J", "work_J", "heat_J"))
-    missing = np.abs(columns[worked] - columns[heat] - (columns[stored] - columns[stored][0]))
-    balance = np.maximum(found.get(heat, 0.0), np.maximum.accumulate(missing))
-    found |= {heat: balance, worked: np.maximum(found.get(worked, 0.0), balance)}
-    stuck = still & (gamma >= 1.0)
-    if both and stuck[1:].any():
-        limits = columns[known_as("normal_N", columns)] * [history.problem_at(row.place).friction.coefficient for row in rows]
-        most = np.maximum.accumulate(force)
-        carried = np.minimum(1.0, most / np.maximum(limits, np.finfo(float).tiny))
-        share = np.minimum(dx / half, 1.0 - np.sqrt(1.0 - carried))
-        path = 1e-6 * np.hypot(*(np.diff(columns[name], prepend=columns[name][0]) for name in ("shift_x_um", "shift_y_um")))
-        rubbed = np.where(stuck, share * most * path, 0.0)
-        found[heat] = np.maximum(balance, np.cumsum(rubbed))
-        power, times = known_as("Q_F_W", columns), np.array([row.time for row in rows])
-        lasted = np.diff(times, prepend=times[0])
-        found[power] = np.maximum(found.get(power, 0.0), rubbed / np.where(lasted > 0.0, lasted, math.inf))
-    if any(history.surfaces) and "pressure_max_MPa" in found:
-        # What the elements do not see.
-        unseen = math.hypot(*(each.texture.unseen(*sides) for each in history.surfaces if each is not None))
-        largest_unseen = 0.5 * history.problem.contact_modulus * unseen
-        found["pressure_max_MPa"] = found["pressure_max_MPa"] + 1e-6 * largest_unseen
-        if "gamma_p" in found:
-            found["gamma_p"] = found["gamma_p"] + largest_unseen * columns["gamma_p"] / (1e6 * columns["pressure_max_MPa"])
-    if "pressure_centre_MPa" in found and "pressure_max_MPa" in found:
-        found["pressure_centre_MPa"] = np.maximum(found["pressure_centre_MPa"], MIDDLE * found["pressure_max_MPa"])
-    return found
-
-
 def _reported(moment: Moment) -> State:
     """What is reported of a moment; of a line contact per length."""
     return state_of_line(moment.reported) if moment.here.derived.problem.line else moment.reported
-
-
-def _known(problem: Problem) -> dict[str, float]:
-    """Scalars of a problem; of a line contact per length."""
-    known = problem_scalars(DerivedQuantities(problem))
-    return per_length(known) if problem.line else known
 
 
 def _result(
@@ -279,7 +171,7 @@ def _result(
 ) -> Result:
     """The state of the `last` moment with the columns of all `rows`; it has converged if every step was solved."""
     problems = [history.problem_at(row.place) for row in rows]
-    of_problem = [_known(problem) for problem in problems]
+    of_problem = [scalars_of_problem(problem) for problem in problems]
     numbers = [{**row.scalars, **known} for row, known in zip(rows, of_problem, strict=True)]
     cells = [each | over_limit(each) for each in numbers]
     # Without friction nothing is relative to what it carries.

@@ -20,7 +20,8 @@ import numpy as np
 
 from thermoroll_cli.many_contacts.history.course import Beginning, WheelsetHistory, When
 from thermoroll_cli.many_contacts.history.history_plan import grids_of, warnings_of
-from thermoroll_cli.many_contacts.history.solve import SAFETY, on_domain, over_rows, table_of
+from thermoroll_cli.many_contacts.history.row_errors import SAFETY, over_rows
+from thermoroll_cli.many_contacts.history.solve import on_domain, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
 from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, roll_of, touching, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.one_wheel import NoHeight, same_patch

@@ -1,0 +1,303 @@
+"""Estimated errors of the rows of a history, from the same history on half the elements with half the steps.
+
+Each rule below says by how much some scalars err at least, row by row; the largest of them counts, and one that is not known
+leaves the error unknown. What a row cannot have bounds it: creep forces are below μW of that row, shares are shares, and where
+there are no tractions nothing of them is in error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from thermoroll_cli.many_contacts.history.course import History, When
+from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
+from thermoroll_cli.problem.names import ALL_SCALARS, holds, known_as, per_length
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import State
+from thermoroll_cli.problem.scalar_errors import CREEPAGES, error_scale
+from thermoroll_cli.tools.arrays import Array, Mask
+
+SAFETY = 1.75
+"""Estimated error over the difference from half the elements and steps: with kinks and jumps between long steps, which have
+errors of first order, 96 % of 520 pairs are then covered (`make stress`)."""
+INTERPOLATED = "force_x_N", "force_y_N", "elastic_energy_J", "heat_J", "shift_x_um", "shift_y_um"
+"""What errs with a first state from another grid."""
+NARROW = 2.0
+"""How often the difference counts besides where nothing rolls and the slip zone is narrower than an element: on both grids it
+is as wide as elements allow. Of 54 shifts by 3 to 70 % of μW 0.2 % of 3,024 pairs are then short, none by 3; 2.9 % without."""
+BORDER = 0.2
+"""Least error of the stick area where nothing rolls, in elements along its border: it is known to first order, and never as
+small as it is. Cattaneo's has 0.04 to 0.17 on 16 to 48 elements a side."""
+MIDDLE = 0.25
+"""Least error of the pressure in the middle over that of the largest one: on 10 and 20 elements it may be the same."""
+OF_HEAT = 0.25
+"""Least error of the heat over the energy that is missing (0: 99.5 % of lines covered as well, but where it jumps)."""
+OF_TRACTIONS = ("force_x_N", "force_y_N", "spin_moment_Nmm", "shear_max_MPa", "elastic_energy_J", "Q_F_W", "T_gamma_N",
+                "T_gamma_without_spin_N", "heat_flux_max_W_mm2", "gamma_st")  # fmt: skip
+"""What is known exactly where there are no tractions."""
+SINCE_THE_START = "work_J", "heat_J"
+"""Sums over all steps so far."""
+
+Errors = dict[str, Array]
+"""Of the rows (n,), by the names of scalars in their units."""
+
+
+@dataclass(frozen=True)
+class Row(When):
+    """A state of a history as tables have it: scalars, the `applications` since the row before, whether all steps since then
+    were solved, and with its fields the `state`."""
+
+    scalars: Mapping[str, float]
+    applications: int
+    converged: bool
+    state: State | None = None
+
+
+def over_rows(places: Array, known: Array, difference: Array, alike: Array | None = None) -> Array:
+    """The `difference` from a coarser history, (m,) at the places `known`, at all `places` (n,): it changes its sign, so that
+    it counts no less than in the rows beside it, and than its mean over the rows that are `alike`, with weights (n, m)."""
+    beside = np.interp(places, known, scipy.ndimage.maximum_filter1d(difference, 3))
+    weights = np.ones((len(places), len(known))) if alike is None else alike
+    return np.maximum(beside, np.sqrt(weights @ difference**2 / weights.sum(axis=1)))
+
+
+def errors_of_rows(
+    history: History, rows: Sequence[Row], coarser: Sequence[Row], sides: tuple[float, float], interpolated: float = 0.0
+) -> Errors:
+    """Estimated errors of the scalars of all `rows` on elements of the `sides` (m), from those of `coarser` elements and steps
+    at the same places; the first state has lost the share `interpolated` of its force between two grids."""
+    compared, found = _Compared(history, rows, coarser, sides, interpolated), Errors()
+    for rule in RULES:
+        for name, error in rule(compared):
+            found[name] = np.maximum(found[name], error) if name in found else error
+    return compared.bounded(found)
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """The `rows` of a history beside the `coarser` ones."""
+
+    history: History
+    rows: Sequence[Row]
+    coarser: Sequence[Row]
+    sides: tuple[float, float]
+    interpolated: float
+
+    @property
+    def dx(self) -> float:
+        """The length of an element."""
+        return self.sides[0]
+
+    @cached_property
+    def unseen_pressure(self) -> float:
+        """E*/2 of the slopes of surfaces that means over elements do not see, in MPa."""
+        slopes = (each.texture.unseen(*self.sides) for each in self.history.surfaces if each is not None)
+        return 0.5e-6 * self.history.problem.contact_modulus * math.hypot(*slopes)
+
+    def named(self, name: str) -> str:
+        """A scalar as the contact calls it: of lines per length."""
+        return known_as(name, self.columns)
+
+    @cached_property
+    def columns(self) -> dict[str, Array]:
+        return {name: np.array([row.scalars[name] for row in self.rows]) for name in self.rows[0].scalars}
+
+    def __getitem__(self, name: str) -> Array:
+        return self.columns[self.named(name)]
+
+    @cached_property
+    def both(self) -> list[int]:
+        """The rows that the coarser history has, too."""
+        return [i for i, row in enumerate(self.rows) if row.place in self._other]
+
+    @cached_property
+    def _other(self) -> dict[float, Row]:
+        return {row.place: row for row in self.coarser}
+
+    def of_coarser(self, name: str) -> Array:
+        """A column of the coarser history at `both`."""
+        return np.array([self._other[self.rows[i].place].scalars[name] for i in self.both])
+
+    @cached_property
+    def largest(self) -> dict[str, float]:
+        """The largest of all rows, by which errors are judged."""
+        known = scalars_of_problem(self.history.largest)
+        return {**known, **{name: float(np.nan_to_num(np.abs(column)).max()) for name, column in self.columns.items()}}
+
+    @cached_property
+    def problems(self) -> list[Problem]:
+        return [self.history.problem_at(row.place) for row in self.rows]
+
+    @cached_property
+    def half(self) -> float:
+        """Half-length of the largest contact, in m."""
+        return DerivedQuantities(self.history.largest).scales.semi_axis_x
+
+    @cached_property
+    def places(self) -> Array:
+        return np.array([row.place for row in self.rows])
+
+    @cached_property
+    def rolled(self) -> Array:
+        return np.array([row.distance for row in self.rows])
+
+    @cached_property
+    def still(self) -> Mask:
+        """Rows before which nothing has rolled."""
+        return np.asarray(np.diff(self.rolled, prepend=self.rolled[0]) == 0.0)
+
+    @cached_property
+    def friction(self) -> Array:
+        return np.array([problem.friction.highest for problem in self.problems])
+
+    @cached_property
+    def limit(self) -> Array:
+        """μW of each row."""
+        return self.friction * self["normal_N"]
+
+    @cached_property
+    def without_traction(self) -> Mask:
+        """Rows without any traction, on both grids."""
+        untouched = self["shear_max_MPa"] == 0.0
+        untouched[self.both] &= self.of_coarser("shear_max_MPa") == 0.0
+        return np.asarray(untouched)
+
+    def measure(self, name: str) -> Array | None:
+        """What differences of a scalar are in proportion to from row to row; None: they are as large in one as in another."""
+        if name in (self.named("force_x_N"), self.named("force_y_N"), "spin_moment_Nmm"):
+            return self.limit
+        if name == self.named("elastic_energy_J"):
+            return self.limit**2
+        if name in CREEPAGES:
+            # They may pass through zero, and of steps after a jump they are as large as steps are short.
+            size = np.nan_to_num(np.hypot(*(self.columns[each] for each in CREEPAGES)))
+            return np.asarray(scipy.ndimage.maximum_filter1d(size, 3))
+        return None
+
+    @cached_property
+    def differences(self) -> Errors:
+        return dict(_differences(self))
+
+    def bounded(self, errors: Errors) -> Errors:
+        """`errors` that are no larger than what their rows can have."""
+        nothing, limit = np.zeros(len(self.rows)), self.limit
+        ranges = {"force_x_N": (-limit, limit), "force_y_N": (-limit, limit), "gamma_st": (nothing, nothing + 1.0),
+                  "shear_max_MPa": (nothing, self.friction * self["pressure_max_MPa"]),
+                  "stick_area_mm2": (nothing, self["contact_area_mm2"])}
+        found = dict(errors)
+        for name, (low, high) in ranges.items():
+            if (own := self.named(name)) in found:
+                found[own] = np.minimum(found[own], np.maximum(self[name] - low, high - self[name]))
+        never = np.logical_and.accumulate(self.without_traction)
+        for name in errors:
+            exact = self.without_traction if name in map(self.named, OF_TRACTIONS) else never & (self.columns[name] == 0.0)
+            found[name] = np.where(exact & ~np.isnan(self.columns[name]), 0.0, found[name])
+        return found
+
+
+# --- by how much rows err at least -----------------------------------------------------------------------------------
+
+
+def _of_difference(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """What `differences` say."""
+    yield from rows.differences.items()
+
+
+def _differences(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """The difference from the coarser history counts `SAFETY` times, as for errors of first order, which jumps and kinks of
+    inputs have, and `NARROW` times more where slip is not resolved; beside it the `FLOOR` of tolerances. Rows are alike in so
+    far as the contact has not rolled over its own length from one to the other: that makes it forget."""
+    gamma, line = rows["gamma_st"], rows.history.problem.line
+    narrow = rows.still & ((1.0 - (gamma if line else np.sqrt(gamma))) * rows.half < rows.dx)
+    safety, last = SAFETY * np.where(narrow, NARROW, 1.0), rows.problems[-1]
+    for name, column in rows.columns.items() if rows.both else ():
+        difference = np.abs(column[rows.both] - rows.of_coarser(name))
+        known = ~np.isnan(difference)
+        if not (known.any() and difference[known].any()) or (name in ALL_SCALARS and holds(ALL_SCALARS[name].given, last)):
+            continue
+        at = np.array(rows.both)[known]
+        difference, measure = difference[known], rows.measure(name)
+        if name in map(rows.named, SINCE_THE_START):
+            difference = np.maximum.accumulate(difference)
+        if measure is not None:
+            own = measure[at]
+            # A difference above its own measure says nothing about those of other rows.
+            difference = np.minimum(np.divide(difference, own, out=np.zeros(len(at)), where=own > 0.0), 1.0)
+        apart = np.abs(rows.rolled[:, None] - rows.rolled[at])
+        error = over_rows(rows.places, rows.places[at], difference, np.exp(-apart / (2.0 * rows.half)))
+        error = error if measure is None else measure * error
+        yield name, np.where(np.isnan(column), math.nan, safety * error + FLOOR * error_scale(name, rows.largest))
+
+
+def _of_interpolation(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """Forces, energies and the shift err by the share of the first force that was interpolated, until rolling over the
+    contact's length has made the material forget it."""
+    forgotten = np.exp((rows.rolled[0] - rows.rolled) / (2.0 * rows.half))
+    for name in INTERPOLATED if rows.interpolated else ():
+        size = np.hypot(rows["force_x_N"], rows["force_y_N"])[0] if name.startswith("force") else np.nanmax(np.abs(rows[name]))
+        yield rows.named(name), rows.interpolated * float(size) * forgotten
+
+
+def _of_border(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """Where nothing rolls stick has a least error of `BORDER`."""
+    gamma = rows["gamma_st"]
+    moved = rows.still & (gamma > 0.0) & (rows["elastic_energy_J"] > 0.0)
+    for name in dict.fromkeys(("gamma_st", rows.named("stick_area_mm2"))) if rows.both else ():
+        whole = rows.columns[name] / np.where(moved, gamma, 1.0)
+        yield name, np.where(moved, BORDER * 2.0 * rows.dx / rows.half * whole, 0.0)
+
+
+def _of_balance(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """The difference of the work may vanish by chance in all rows: it is no better known than what is missing between work,
+    heat and the stored energy. Heat errs by `OF_HEAT` of that."""
+    missing = np.abs(rows["work_J"] - rows["heat_J"] - (rows["elastic_energy_J"] - rows["elastic_energy_J"][0]))
+    balance = np.maximum.accumulate(missing)
+    yield rows.named("work_J"), balance
+    yield rows.named("heat_J"), OF_HEAT * balance
+
+
+def _of_unseen_slip(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """Where nothing rolls and all elements stick, a border that slips unseen rubs away a share of the largest force times the
+    shift: that which slips in Cattaneo's line contact, and no more than an element."""
+    stuck = rows.still & (rows["gamma_st"] >= 1.0)
+    if not (rows.both and stuck[1:].any()):
+        return
+    most = np.maximum.accumulate(np.hypot(rows["force_x_N"], rows["force_y_N"]))
+    carried = np.minimum(1.0, most / np.maximum(rows.limit, np.finfo(float).tiny))
+    share = np.minimum(rows.dx / rows.half, 1.0 - np.sqrt(1.0 - carried))
+    path = 1e-6 * np.hypot(*(np.diff(rows[name], prepend=rows[name][0]) for name in ("shift_x_um", "shift_y_um")))
+    rubbed = np.where(stuck, share * most * path, 0.0)
+    lasted = np.diff([row.time for row in rows.rows], prepend=rows.rows[0].time)
+    yield rows.named("heat_J"), np.cumsum(rubbed)
+    yield rows.named("Q_F_W"), rubbed / np.where(lasted > 0.0, lasted, math.inf)
+
+
+def _of_heights(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """Slopes that means over elements do not see raise the largest pressure."""
+    for name, per in (("pressure_max_MPa", 1.0), ("gamma_p", rows.columns["gamma_p"] / rows.columns["pressure_max_MPa"])):
+        if rows.unseen_pressure and name in rows.differences:
+            yield name, rows.differences[name] + rows.unseen_pressure * per
+
+
+def _of_middle(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """The pressure in the middle errs as the largest one does, by `MIDDLE`."""
+    if {"pressure_centre_MPa", "pressure_max_MPa"} <= rows.differences.keys():
+        yield "pressure_centre_MPa", MIDDLE * (rows.differences["pressure_max_MPa"] + rows.unseen_pressure)
+
+
+RULES: tuple[Callable[[_Compared], Iterator[tuple[str, Array]]], ...] = (
+    _of_difference, _of_interpolation, _of_border, _of_balance, _of_unseen_slip, _of_heights, _of_middle)
+
+
+def scalars_of_problem(problem: Problem) -> dict[str, float]:
+    """Scalars of a problem; of a line contact per length."""
+    known = problem_scalars(DerivedQuantities(problem))
+    return per_length(known) if problem.line else known
