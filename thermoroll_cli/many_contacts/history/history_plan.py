@@ -23,6 +23,8 @@ COARSEST = 8
 FIRST, FINEST = 32, 256
 """Elements per side of the first grid and of the last one tried where an accuracy is asked for; each takes eight times the time
 of the one before."""
+MOST_STEPS = 64
+"""How many times as many steps as the course has are tried for an accuracy."""
 SHORTEST = 10.0
 """Least length of a line contact, in half-widths: its displacements are those in its middle."""
 PER_ELEMENT, PER_STEP = 0.25, 0.5
@@ -46,16 +48,13 @@ Runs = tuple[tuple[int, int], list[Array]]
 """A grid, and the places of the steps of each run on it."""
 
 
-def grids_of(history: OverTime) -> Iterator[Runs]:
-    """Grids from coarse to fine with the places of the steps of each run: half the elements with every second row and with all
-    others, what is asked for, and where an accuracy is asked for twice the elements and the steps again and again. Steps after
-    a restart, of first order, are halved, and compared with whole ones."""
+def grids_of(history: OverTime, times: int = 1) -> Iterator[Runs]:
+    """Grids from coarse to fine with the places of the steps of each run, `times` as many as the course has: half the elements
+    and steps (of single steps every second row, and all others in another run), what is asked for, and where an accuracy is
+    asked for twice the elements and the steps again and again. Steps after a restart, of first order, are halved, and compared
+    with whole ones."""
     rows, numerics, restarts = history.course.rows, history.contact.numerics, np.array(history.restarts)
     restarts = restarts[restarts < rows[-1]]
-
-    def after(places: Array) -> Array:
-        return places[np.searchsorted(places, restarts, side="right")]
-
     sides = (numerics.grid or (FIRST, FIRST))[: 1 if history.contact.line else 2]
 
     def shape(counts: Iterable[int]) -> tuple[int, int]:
@@ -64,15 +63,19 @@ def grids_of(history: OverTime) -> Iterator[Runs]:
         return along, across[0] if across else 1
 
     if min(sides) >= 2 * COARSEST:
-        every_second = [np.union1d(rows[::2], rows[-1]), np.union1d(rows[:1], rows[1::2])]
-        yield shape((side + 1) // 2 for side in sides), every_second[: len(rows) - 1]
-    yield shape(sides), [np.union1d(rows, 0.5 * (restarts + after(rows)))]
-    times = 2
-    while numerics.grid is None and times * sides[0] <= FINEST:
-        between = np.arange((len(rows) - 1) * times + 1) / times
-        places = np.interp(between, np.arange(len(rows)), rows)
-        yield shape(times * side for side in sides), [np.union1d(places, 0.5 * (restarts + after(places)))]
-        times *= 2
+        every_second = [np.union1d(rows[::2], rows[-1]), np.union1d(rows[:1], rows[1::2])][: len(rows) - 1]
+        yield shape((side + 1) // 2 for side in sides), every_second if times == 1 else [places_of(rows, times // 2)]
+    finer = 1
+    while finer == 1 or (numerics.grid is None and finer * sides[0] <= FINEST):
+        places = places_of(rows, finer * times)
+        after = places[np.searchsorted(places, restarts, side="right")]
+        yield shape(finer * side for side in sides), [np.union1d(places, 0.5 * (restarts + after))]
+        finer *= 2
+
+
+def places_of(rows: Array, times: int) -> Array:
+    """Places with `times` as many equal steps between each of the `rows` and the next."""
+    return np.interp(np.arange((len(rows) - 1) * times + 1) / times, np.arange(len(rows)), rows)
 
 
 def check(history: History) -> None:
@@ -125,13 +128,15 @@ def surface_warnings(history: History) -> Iterator[str]:
 @dataclass(frozen=True)
 class HistoryPlan:
     """The number of steps on each of the `grids`, from coarse to fine, and what they take: `applications` of the tangential
-    operator on all grids, `memory_bytes`, of which `past_bytes` remember the heat of all steps, and `seconds`, each roughly."""
+    operator on all grids, `memory_bytes`, of which `past_bytes` remember the heat of all steps, and `seconds`, each roughly. If
+    it `searches` for an accuracy, more steps are taken where those of the course err more than elements do."""
 
     grids: Sequence[tuple[tuple[int, int], Sequence[int]]]
     applications: int
     memory_bytes: int
     past_bytes: int
     seconds: float
+    searches: bool = False
 
     @property
     def sides(self) -> list[tuple[tuple[int, ...], Sequence[int]]]:
@@ -148,7 +153,8 @@ class HistoryPlan:
         """One picture is that of the course."""
         sizes = [f"grid {'×'.join(map(str, shape))}: {' and '.join(map(str, counts))} steps" for shape, counts in self.sides]
         past = f"; {self.past_bytes / 2**20:.2g} MiB remember the heat of all steps" if self.past_bytes else ""
-        return InWords((), sizes, [f"about {self.applications} applications of the tangential operator{past}"], {
+        more = [f"up to {MOST_STEPS} times as many steps where steps err more than elements do"] if self.searches else []
+        return InWords((), sizes, [*more, f"about {self.applications} applications of the tangential operator{past}"], {
             "grids": [{"grid": shape, "steps": counts} for shape, counts in self.sides],
             "applications": self.applications, "heat_memory_bytes": self.past_bytes}, 3 if self.past_bytes else 1)
 
@@ -163,7 +169,8 @@ def plan_of(history: History) -> HistoryPlan:
     exchanged = history.problem.heating.partition == "matched"
     past = (2 + exchanged + tables + tables // 2) * max(counts) * 32 * nx * (ny + 1) if tables else 0
     applications, seconds = zip(*(_cost(history, shape, count) for shape, counts in grids for count in counts), strict=True)
-    return HistoryPlan(grids, sum(applications), 8 * 4 * nx * ny * FIELDS + past, past, sum(seconds))
+    return HistoryPlan(grids, sum(applications), 8 * 4 * nx * ny * FIELDS + past, past, sum(seconds),
+                       history.problem.numerics.accuracy is not None)
 
 
 def _effects(history: History) -> tuple[int, bool]:

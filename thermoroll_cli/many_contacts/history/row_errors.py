@@ -66,7 +66,9 @@ def over_rows(places: Array, known: Array, difference: Array, alike: Array | Non
     it counts no less than in the rows beside it, and than its mean over the rows that are `alike`, with weights (n, m)."""
     beside = np.interp(places, known, scipy.ndimage.maximum_filter1d(difference, 3))
     weights = np.ones((len(places), len(known))) if alike is None else alike
-    return np.maximum(beside, np.sqrt(weights @ difference**2 / weights.sum(axis=1)))
+    # Nothing is like a row that lies very far from all known ones.
+    total = np.maximum(weights.sum(axis=1), np.finfo(float).tiny)
+    return np.maximum(beside, np.sqrt(weights @ difference**2 / total))
 
 
 def errors_of_rows(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.many_contacts.history.course import History, OverTime, When
-from thermoroll_cli.many_contacts.history.history_plan import check, grids_of, warnings_of
+from thermoroll_cli.many_contacts.history.history_plan import MOST_STEPS, check, grids_of, places_of, warnings_of
 from thermoroll_cli.many_contacts.history.kept_steps import KeptSteps
 from thermoroll_cli.many_contacts.history.row_errors import Row, errors_of_rows, scalars_of_problem
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
@@ -27,6 +27,8 @@ from thermoroll_cli.tools.arrays import Array
 from thermoroll_cli.tools.journal import Journal
 
 NOT_SOLVED = "the step was not solved: smaller ones help where inputs change much in one"
+WORTH = 0.7
+"""What four times as many steps have to leave of the error at most, so that still more of them are tried."""
 LOST = 1e-3
 """Share of the force that a state from a file loses between two grids, above which a warning says so."""
 
@@ -52,7 +54,8 @@ class HistorySolver:
     ) -> Result | None:
         """The result on grids with ever more elements and steps, until it is as accurate as asked; None where the contact
         reaches the rim of a domain that may grow."""
-        level, accuracy, grids = None, history.problem.numerics.accuracy, list(grids_of(history))
+        accuracy = history.problem.numerics.accuracy
+        level, grids = None, list(grids_of(history, 1 if accuracy is None else self._steps(history, extent)))
         for shape, runs in grids:
             level = _Level(history, [] if level is None else level.rows, warnings)
             for run, places in enumerate(runs):
@@ -77,6 +80,24 @@ class HistorySolver:
                                  "ask for less, or for others in numerics.accuracy_of, or set numerics.grid and history.steps")
             found = replace(found, converged=False, reason=found.reason or reason)
         return found
+
+
+    def _steps(self, history: History, extent: float) -> int:
+        """How many times as many steps as the course has an accuracy takes. Steps that are long beside the contact err more
+        than few elements do, and cost little on them: they are doubled there as long as that helps."""
+        shape, rows = next(grids_of(history))[0], history.course.rows
+        level, times, left = None, 1, [math.inf]
+        while times < MOST_STEPS:
+            level = _Level(history, [] if level is None else level.rows, ())
+            for moment in Steps(history, shape, self._options, self._threads, extent).moments(places_of(rows, times)):
+                level.add(moment)
+            left.append(worst(_missed(level.result(), history).values()) if level.coarser else math.inf)
+            if left[-1] == 0.0:
+                return times
+            if not left[-1] <= WORTH * left[max(0, len(left) - 3)]:
+                return max(1, times // 4)
+            times *= 2
+        return times
 
 
 def on_domain(history: OverTime, warnings: Sequence[str], solved: Callable[[float, Sequence[str]], Result | None],
