@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 import math
 import os
 import re
@@ -25,9 +26,10 @@ from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_surface import SurfaceTable, reading_of
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
-from thermoroll_cli.files.case_wheelset import OutlineTable
+from thermoroll_cli.files.case_wheelset import OutlineTable, SliceTable
 from thermoroll_cli.files.column_files import FromFile, read_history, read_positions, read_series
-from thermoroll_cli.files.profile_file import Reading, read_outline, read_profile
+from thermoroll_cli.files.csv_table import TableError
+from thermoroll_cli.files.profile_file import SLICES, Reading, SliceFile, read_outline, read_profile, read_slices
 from thermoroll_cli.files.spellings import factor_of, meant, unit_in
 from thermoroll_cli.files.surface_file import MEASURED_IN
 from thermoroll_cli.one_contact.steady_state.derived import derived_of
@@ -274,11 +276,15 @@ class _Checker:
                 self._note((*path, "file"), str(fault), allowed=MEASURED_IN, hint=getattr(fault, "hint", ""))
                 return None
             return table
+        if isinstance(table, OutlineTable) and (slices := self._slices(path, table)) is not None:
+            changes |= slices
+            failed = failed or not slices
+            table = table.model_copy(update={"file": None})
         for source in (source for source in SOURCES if isinstance(table, source.table)):
             named, place = getattr(table, source.key), (*path, source.key)
             of_file = {key: getattr(table, key) for key in OF_A_FILE if getattr(table, key, None) is not None}
             if named is None or getattr(table, source.content):
-                for key in of_file:
+                for key in of_file if not changes.get("sections") else ():
                     self._note((*path, key), "is about a file, and there is none", allowed="file beside it", at_key=True)
                 continue
             if isinstance(named, model.RelaxationFile):
@@ -297,6 +303,40 @@ class _Checker:
             content = read if isinstance(read, dict) else {source.content: read}
             changes |= {**dict.fromkeys(of_file), source.key: None, **content}
         return None if failed else table.model_copy(update=changes) if changes else table
+
+    def _slices(self, path: KeyPath, table: OutlineTable) -> dict[str, Any] | None:
+        """Changes of the table of an outline whose slices are read from files; empty where one cannot be, None where it has
+        none."""
+        folder, named = os.path.dirname(self.source.name), table.file or ""
+        listed = named.lower().endswith(SLICES)
+        if not (listed or table.slices) or table.sections or table.points_mm:
+            return None
+        of_file = {key: getattr(table, key) for key in OF_A_FILE}
+        side = {"side": table.side} if table.side else {}
+        place, wheel, sections, first = (*path, "file" if listed else "slices"), path[0] == "wheelset", [], None
+        try:
+            if listed and named.lower().endswith(SLICES[1]) != wheel:
+                raise TableError(f"{named} has slices {'around a wheel' if not wheel else 'along a track'}")
+            files = read_slices(os.path.join(folder, named)) if listed else [
+                SliceFile(at, file, []) for at, file in table.slices or ()
+                if isinstance(at, float | int) and isinstance(file, str)]
+            if len(files) < len(table.slices or ()):
+                raise TableError("a slice is a pair of its place, a number, and the name of its file")
+            folder = os.path.dirname(os.path.join(folder, named)) if listed else folder
+            if any(second.at <= before.at for before, second in itertools.pairwise(files)):
+                raise TableError("places of slices do not increase")
+            for each in files:
+                read = read_outline(os.path.join(folder, each.file), **side).in_units(of_file["unit"], of_file["height_unit"])
+                first = first or read
+                sections.append(SliceTable(at=each.at, points_mm=read.content, features_mm=each.features or None))
+        except (ValueError, OSError) as fault:
+            self._note(place, str(fault), allowed=allowed_values(place), hint=getattr(fault, "hint", ""))
+            return {}
+        assert first is not None
+        unit = "degrees" if wheel else "mm"
+        note = f"the first of {len(files)} slices from {files[0].at:.6g} to {files[-1].at:.6g} {unit}"
+        self.readings[".".join(map(str, path))] = replace(first, note=", ".join(filter(None, (first.note, note))))
+        return {**dict.fromkeys(OF_A_FILE), "file": None, "slices": None, "sections": sections}
 
     @cached_property
     def kind(self) -> Kind:

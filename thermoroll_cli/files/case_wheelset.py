@@ -17,6 +17,7 @@ from thermoroll_cli.files.profile_file import running_surface
 from thermoroll_cli.many_contacts.wheelset.curves import Points, smoothed
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
 from thermoroll_cli.many_contacts.wheelset.placement import Measured, Position, RailSide, Roller, WheelSide
+from thermoroll_cli.many_contacts.wheelset.slices import Slices
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.rounding import steps_of
@@ -28,15 +29,39 @@ CurveRadius = Annotated[
 ]  # fmt: skip
 
 
+ALL_AROUND = 1.5 * math.pi
+"""Angle between the first and the last slice of a wheel from which on they are all around it."""
+
+
+_Slice = Annotated[list[float | str], Field(min_length=2, max_length=2)]
+
+
+class SliceTable(Table):
+    """One slice of a rail or a wheel that changes along rolling."""
+
+    at: float = Field(description="Place along the track in mm, or angle of the wheel in degrees", ge=-1e7, le=1e7)
+    points_mm: list[Pair] = pairs("[y, z] of numbers in mm", "As of an outline", least=2)
+    features_mm: list[float] | None = Field(
+        default=None, description="Arc lengths that belong together in all slices; -1 where a part is missing", min_length=2,
+        max_length=100)
+
+
 class OutlineTable(Table):
-    """Outline of a rail or a wheel: points, or a file of them."""
+    """Outline of a rail or a wheel: points, or a file of them; or slices along the track, or around the wheel."""
 
     points_mm: list[Pair] | None = pairs("[y, z] of numbers in mm",
                                          "[y, z] in mm in order along the surface, y to the field side, z down", least=2)
-    file: Annotated[str | None, Allowed("the name of a .prr, .prw, .ban or .whl file, or of one with two columns")] = Field(
-        default=None, description="Simpack's .prr or .prw, MiniProf's .ban or .whl, or two columns y and z in mm",
-        max_length=1000,
-    )
+    file: Annotated[str | None, Allowed("the name of a .prr, .prw, .ban or .whl file, of one with two columns, or of a list of "
+                                        "slices, .slcs or .slcw")] = Field(
+        default=None, max_length=1000, description="Simpack's .prr or .prw, MiniProf's .ban or .whl, two columns y and z in mm; "
+        "or slices, .slcs or .slcw")
+    slices: Annotated[list[_Slice] | None,
+                      Allowed("a list of pairs [place, file], places increasing: mm along the track, or degrees around the "
+                              "wheel")] = Field(
+        default=None, description="[place in mm along the track or in degrees around the wheel, file of the outline there]",
+        min_length=1, max_length=1000)
+    sections: list[SliceTable] | None = Field(default=None, description="Slices with their points, as they are read from files",
+                                              min_length=1, max_length=1000)
     unit: LengthUnit | None = unit_key("the file; else as it says, or mm")
     height_unit: LengthUnit | None = unit_key("its second column, if that differs")
     side: Literal["left", "right"] | None = Field(default=None, description="Side, of a file that has both; the right one if "
@@ -48,10 +73,11 @@ class OutlineTable(Table):
     smoothing_mm: float = quantity("Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0, le=1e3)
 
     @property
-    def oriented(self) -> list[tuple[float, float]]:
-        """The points in mm with the signs that `mirror` and `flip` give them."""
+    def oriented(self) -> list[list[tuple[float, float]]]:
+        """The points in mm of each slice, or of the only outline, with the signs that `mirror` and `flip` give them."""
         sides, out = -1.0 if self.mirror else 1.0, -1.0 if self.flip else 1.0
-        return [(sides * y, out * z) for y, z in self.points_mm or ()]
+        outlines = [each.points_mm for each in self.sections] if self.sections else [self.points_mm] if self.points_mm else []
+        return [[(sides * y, out * z) for y, z in points] for points in outlines]
 
 
 Outline = Annotated[OutlineTable, Allowed("a table: points_mm or file")]
@@ -107,6 +133,9 @@ class WheelsetTable(Table):
     wheels: Literal["both", "left", "right"] = Field(default="both", description="Wheels that are solved")
     lateral_shift_mm: float = quantity("Shift of the wheelset to the right", 0.0, ge=-1e3, le=1e3)
     longitudinal_shift_mm: float = quantity("Shift of the wheelset forward over rollers", 0.0, ge=-1e3, le=1e3)
+    position_mm: float = quantity("Place of the axle along a track that changes", 0.0, ge=-1e7, le=1e7)
+    rotation_deg: float = quantity("Angle of a wheel that changes around itself: what stands below the axle", 0.0, ge=-1e7,
+                                   le=1e7)  # fmt: skip
     yaw_mrad: float = quantity("Yaw, right wheel backwards", 0.0, ge=-500, le=500)
     roll_mrad: float | None = quantity("Roll, right wheel down; of both wheels found if left out", None, ge=-500, le=500)
     vertical_N: float | None = quantity("Vertical load of the wheelset, or of the wheel if there is one", None, ge=1e-6, le=1e9)
@@ -136,8 +165,8 @@ def wheelset_of(
     """The wheelset that both tables describe; `contact` has everything else but `friction` over the inclination of a rail."""
     names: tuple[SideName, ...] = SIDES if wheelset.wheels == "both" else (wheelset.wheels,)
     finds_speed = wheelset.angular_velocity_rad_s is None
-    rails = {side: replace(_rail(track, getattr(track, side), contact.motion.speed), friction=friction.get(side, ()))
-             for side in names}
+    rails = {side: replace(_rail(track, getattr(track, side), contact.motion.speed, wheelset.si("position_mm")),
+                           friction=friction.get(side, ())) for side in names}
     speeds = [rail.roller.turning * rail.roller.radius for rail in rails.values() if rail.roller]
     return WheelsetProblem(
         contact=contact,
@@ -161,14 +190,17 @@ def wheelset_of(
     )  # fmt: skip
 
 
-def _rail(track: TrackTable, own: TrackSideTable | None, speed: float) -> RailSide:
-    """A rail, or a roller whose top moves with `speed` (m/s) if its angular velocity is not given."""
+def _rail(track: TrackTable, own: TrackSideTable | None, speed: float, along: float) -> RailSide:
+    """A rail with the axle at the place `along` (m) of its slices, or a roller whose top moves with `speed` (m/s) if its
+    angular velocity is not given."""
     profile = (own and own.rail_profile) or track.rail_profile
     assert profile is not None
     moved = {} if own is None else {name: own.si(key) for name, key in (
         ("shift_y", "shift_y_mm"), ("shift_z", "shift_z_mm"), ("roll", "roll_mrad"))}
-    points, measured = outline_of(profile, wheel=False)
-    placed = RailSide(points, track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), measured=measured, **moved)
+    slices = slices_of(profile, wheel=False)
+    points, measured = (slices.outline_at(along), None) if slices else outline_of(profile, wheel=False)
+    placed = RailSide(points, track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), measured=measured,
+                      slices=slices, along=along if slices else 0.0, **moved)
     radius = (own and own.si("roller_radius_mm")) or track.si("roller_radius_mm")
     if radius:
         placed = replace(placed, roller=Roller(radius, track.roller_angular_velocity_rad_s or speed / radius))
@@ -181,15 +213,30 @@ def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:
     profile = (own and own.wheel_profile) or wheelset.wheel_profile
     assert profile is not None
     radius = wheelset.si("nominal_radius_mm") if own is None or own.nominal_radius_mm is None else own.si("nominal_radius_mm")
-    points, measured = outline_of(profile, wheel=True)
-    return WheelSide(points, radius, 0.5 * wheelset.si("flange_back_distance_mm"), wheelset.si("flange_back_mm"), measured)
+    slices, angle = slices_of(profile, wheel=True), math.radians(wheelset.rotation_deg)
+    points, measured = (slices.outline_at(angle), None) if slices else outline_of(profile, wheel=True)
+    return WheelSide(points, radius, 0.5 * wheelset.si("flange_back_distance_mm"), wheelset.si("flange_back_mm"), measured,
+                     slices, angle if slices else 0.0)
 
 
 def outline_of(table: OutlineTable, *, wheel: bool) -> tuple[Points, Measured]:
     """The outline of a rail or a `wheel` in m, mirrored, turned and smoothed as the table says, of a closed section the running
     surface; and how its points were before."""
-    surface = running_surface(table.oriented, wheel=wheel)
+    surface = running_surface(table.oriented[0], wheel=wheel)
     points = tuple((y / 1e3, z / 1e3) for y, z in surface)
     across, down = steps_of(surface)
     wavelength = table.si("smoothing_mm")
     return (smoothed(points, wavelength) if wavelength else points), Measured(points, (across / 1e3, down / 1e3), wavelength)
+
+
+def slices_of(table: OutlineTable, *, wheel: bool) -> Slices | None:
+    """The slices of a rail or a `wheel`, each as `outline_of` has it, at places in m or rad; None without them."""
+    if not table.sections:
+        return None
+    wavelength, outlines = table.si("smoothing_mm"), []
+    for points in table.oriented:
+        outline = tuple((y / 1e3, z / 1e3) for y, z in running_surface(points, wheel=wheel))
+        outlines.append(smoothed(outline, wavelength) if wavelength else outline)
+    at = tuple(math.radians(each.at) if wheel else each.at / 1e3 for each in table.sections)
+    features = tuple(tuple(mark / 1e3 for mark in each.features_mm or ()) for each in table.sections)
+    return Slices(at, tuple(outlines), features if features[0] else (), wheel and at[-1] - at[0] > ALL_AROUND)

@@ -29,6 +29,7 @@ def wheelset_conflicts(sections: Sections) -> Iterator[Conflict]:
     track, wheelset = sections.get("track"), sections.get("wheelset")
     if track is not None and wheelset is not None:
         yield from _placed(track, wheelset)
+        yield from _slices(track, wheelset, over_time=sections.get("history") is not None)
     for path, material in materials_of(sections) if wheelset is not None else ():
         layers = enumerate(material.layers or ())
         for place, constants in ((path, material), *(((*path, "layers", number), layer) for number, layer in layers)):
@@ -48,12 +49,19 @@ def _placed(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
             outline = getattr(table if len(place) == 2 else getattr(table, place[1]), name)
             if outline is None:
                 continue
-            if outline.points_mm is None:
-                yield Conflict(place, "has neither points_mm nor file", "one of points_mm and file", at_key=True)
+            if outline.points_mm is None and not outline.sections:
+                yield Conflict(place, "has neither points_mm nor file nor slices", "one of points_mm, file and slices",
+                               at_key=True)
                 continue
-            points = outline.oriented
-            surface = running_surface(points, wheel=path == "wheelset")
-            fault, hint = outline_fault(points, wheel=path == "wheelset", mirror=outline.mirror, flip=outline.flip)
+            if outline.sections and outline.points_mm:
+                yield Conflict((*place, "sections"), "cannot be given together with points_mm", "one of both", at_key=True)
+            if len({len(each.features_mm or ()) for each in outline.sections or ()}) > 1:
+                yield Conflict((*place, "sections"), "features_mm are not as many in each slice", "as many in each, or none",
+                               at_key=True)
+            surface = running_surface(outline.oriented[0], wheel=path == "wheelset")
+            faults = (outline_fault(points, wheel=path == "wheelset", mirror=outline.mirror, flip=outline.flip)
+                      for points in outline.oriented)
+            fault, hint = next((found for found in faults if found[0]), ("", ""))
             if fault:
                 yield Conflict(place, fault, "an outline [y, z] in mm, y to the field side, z down", hint, at_key=True)
             elif path == "wheelset" and max(z for _, z in surface) > FLANGE:
@@ -84,6 +92,23 @@ def _placed(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
                        "roll_mrad beside height_mm, or vertical_N", at_key=True, other=("wheelset", "height_mm"))
     if (wheelset.angular_velocity_rad_s or 1.0) < 0.0:
         yield Conflict(("wheelset", "angular_velocity_rad_s"), "the wheelset turns backwards", "a positive number: forward")
+
+
+def _slices(track: TrackTable, wheelset: WheelsetTable, *, over_time: bool) -> Iterator[Conflict]:
+    """What does not go with profiles that change along rolling, and what needs them."""
+    varied = {name for name, key, tables in (("track", "rail_profile", (track, track.left, track.right)),
+                                             ("wheelset", "wheel_profile", (wheelset, wheelset.left, wheelset.right)))
+              for each in tables if (given := getattr(each, key, None)) is not None and given.sections}
+    if varied and any(side is not None and side.roller_radius_mm for side in (track, track.left, track.right)):
+        yield Conflict(("track", "roller_radius_mm"), "rollers, and wheels on them, have no slices", "rails, or one outline",
+                       at_key=True)
+    if varied and over_time:
+        yield Conflict(("history",), "profiles that change along rolling are not followed over time", "one outline",
+                       at_key=True)
+    for key, name, what in (("position_mm", "track", "the rails are the same everywhere"),
+                            ("rotation_deg", "wheelset", "the wheels are round")):
+        if getattr(wheelset, key) and name not in varied:
+            yield Conflict(("wheelset", key), what, f"0, or slices of a profile of [{name}]")
 
 
 def values_of_wheelset(sections: Sections, history: HistoryTable) -> Iterator[Fault]:

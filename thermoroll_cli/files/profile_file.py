@@ -17,7 +17,7 @@ import re
 import statistics
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,7 +41,11 @@ VAMPIRE = ("WHEELPROFILE", "RAILPROFILE")
 """First lines of files with profiles of both sides."""
 FLANGE_BACKS = {"EUROPEAN": 70.0, "US1": 25.4 * (2.0 + 27.0 / 32.0), "US2": 25.4 * (3.0 + 1.0 / 16.0)}
 """Distance (mm) of the flange back from the datum of the tread that Vampire names."""
-UNREAD = {".slcs": "a list of rail profiles along the track", ".slcw": "a list of wheel profiles around the wheel",
+SLICES = (".slcs", ".slcw")
+"""Endings of files with slices along the track, and around a wheel."""
+MOST_SLICES = 1000
+UNREAD = {".slcs": "a list of rail profiles along the track, for a rail of [track]",
+          ".slcw": "a list of wheel profiles around the wheel, for a wheel of [wheelset]",
           ".mpt": "a MiniProf file of several profiles"}  # fmt: skip
 """Endings of files that are known and not read."""
 
@@ -152,6 +156,55 @@ def read_outline(path: str | os.PathLike[str], side: str | None = None) -> Readi
     both. Raises TableError."""
     reading = _read(path, ordered=False, side=side)
     return replace(reading, content=_enough(reading.content, reading.file))
+
+
+class SliceFile(NamedTuple):
+    """What a file of slices says of one: its place, in mm along the track or degrees around the wheel, the name of its file,
+    and the arc lengths of features in mm (none, or negative where it has no part there)."""
+
+    at: float
+    file: str
+    features: list[float]
+
+
+def read_slices(path: str | os.PathLike[str]) -> list[SliceFile]:
+    """The slices of a .slcs or .slcw file: offset and scale of places, counts of slices and of features, the interpolation, the
+    slices, and a row of features for each. Raises TableError."""
+    name = os.path.basename(os.fspath(path))
+    try:
+        text = text_of(read_bytes(path, FILE_LIMIT, "a list of profiles"), name)
+    except ReadError as cause:
+        raise TableError(f"{os.fspath(path)}: {cause}") from None
+    rows = [(number, words) for number, line in enumerate(text.splitlines(), 1)
+            if (words := _QUOTED.findall(line.split("%")[0]))]
+    degrees = name.lower().endswith(SLICES[1])
+
+    def numbers(k: int, count: int) -> list[float]:
+        number, words = rows[k] if k < len(rows) else (0, [])
+        values = [_number(word[2]) for word in words[:count]]
+        if len(values) < count or None in values:
+            where = f"line {number}" if number else "its end"
+            raise TableError(f"{name}, {where}: {count} numbers are missing",
+                             "it has offset and scale; slices; features, kinks, accelerations; interpolation; places and "
+                             "files; features of each slice")
+        return [float(value or 0.0) for value in values]
+
+    offset, scale = numbers(0, 2)
+    count, features = int(numbers(1, 1)[0]), [int(value) for value in numbers(2, 3)]
+    if not 1 <= count <= MOST_SLICES:
+        raise TableError(f"{name}: {count} slices", f"1 to {MOST_SLICES}")
+    slices = []
+    for k in range(4, 4 + count):
+        (place,), (_, words) = numbers(k, 1), rows[k]
+        if len(words) < 2:
+            raise TableError(f"{name}, line {rows[k][0]}: no name of a file behind the place of a slice")
+        at = scale * (offset + place)
+        slices.append(SliceFile(math.degrees(at) if degrees else at, next(part for part in words[1] if part), []))
+    if features[0] < 2:
+        return slices
+    # A row each for kinks and accelerations, if there are any.
+    begin = 4 + count + sum(each > 0 for each in features[1:])
+    return [each._replace(features=numbers(begin + k, features[0] + 1)[1:]) for k, each in enumerate(slices)]
 
 
 def _read(path: str | os.PathLike[str], *, ordered: bool = True, side: str | None = None) -> Reading:

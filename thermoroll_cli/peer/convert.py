@@ -22,7 +22,7 @@ from scipy.special import elliprd, elliprf
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_errors import CaseError, Finding, Span
 from thermoroll_cli.files.csv_table import TableError
-from thermoroll_cli.files.profile_file import read_outline
+from thermoroll_cli.files.profile_file import SLICES, UNITS, read_outline, read_slices
 from thermoroll_cli.many_contacts.wheelset.placement import Position
 from thermoroll_cli.peer.deck import DeckCase
 from thermoroll_cli.problem.names import known_as
@@ -389,6 +389,20 @@ def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Conten
         "roll_rate_mrad_s": 1e3 * turned * moving["VROLL"], "yaw_rate_mrad_s": 1e3 * moving["VYAW"],
         "patches": "curved" if kind == 4 else "planar",
     }  # fmt: skip
+    varies = [values[name]["NAME"].lower().endswith(SLICES) for name in ("rail", "wheel")]
+    _leave_out(
+        (any(varies) and turned < 0.0, "VS < 0: a wheel that travels backwards over profiles that vary"),
+        (any(varies) and on_roller, "C1: rollers with profiles that vary"),
+        (any(varies) and digits["T"] in (1, 2), f"T = {digits['T']}: profiles that vary over time"),
+    )
+    if varies[0]:
+        content["wheelset"]["position_mm"] = place["S"]
+    if varies[1]:
+        content["wheelset"]["rotation_deg"] = -math.degrees(place["PITCH"])
+    if any(varies):
+        # A nose stands upright, whatever it looks like.
+        for table in (content["track"]["rail_profile"], content["wheelset"]["wheel_profile"]):
+            table.setdefault("flip", False)
     if on_roller:
         content["wheelset"] |= {
             "longitudinal_shift_mm": turned * place["S"],
@@ -466,16 +480,18 @@ def _outline(read: dict[str, Any], deck: Path) -> tuple[Content, float]:
     if not path.is_file():
         raise CaseError([Finding("there is no such file", key="profile", value=read["NAME"], source=str(deck),
                                  span=Span(read["LINE"], 1, 1), line_text=f"'{read['NAME']}'")])  # fmt: skip
+    units = {factor: unit for unit, factor in UNITS.items()}
     _leave_out(
-        (path.suffix.lower() in (".slcs", ".slcw"), "a profile that varies along the track"),
-        (read["SCALE"] != 1.0, f"SCALE = {read['SCALE']:g}: a profile that is scaled"),
+        (read["SCALE"] not in units, f"SCALE = {read['SCALE']:g}: a profile that is scaled"),
         (read["ISMOOTH"] != 0 and read["SMOOTH"] > 0.0, f"ISMOOTH = {read['ISMOOTH']}: another smoothing"),
     )
     try:
-        reading = read_outline(path)
+        # Slices are turned and smoothed alike.
+        first = path.parent / read_slices(path)[0].file if path.suffix.lower() in SLICES else path
+        reading = read_outline(first).in_units(units[read["SCALE"]], None)
     except TableError as cause:
         raise LeftOut(str(cause)) from None
-    table: Content = {"file": str(path)}
+    table: Content = {"file": str(path)} | ({"unit": units[read["SCALE"]]} if read["SCALE"] != 1.0 else {})
     if read["MIRRORY"] == 1:
         table["mirror"] = True
     if (given := read.get("MIRRORZ", 0)) and (given == 1) != reading.turned:

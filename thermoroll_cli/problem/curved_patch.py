@@ -9,6 +9,7 @@ load is ∬ p cos α. Influence coefficients stay those of a half-space in the a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -56,7 +57,8 @@ class CurvedPatch(ContactGeometry):
     The shapes of the bodies slip over each other at (slip_x, slip_y + spin x) V, with `spin` in rad/m, in addition to the
     creepages and the spin of the frame. `free_ends` says at which end of the table material ends, and which of these is `cut`
     because the model ends there; at other ends the gap of a neighbouring patch begins. Radii are those along rolling (m).
-    `rounded` is the rounding of the profiles that the tables come from.
+    `rounded` is the rounding of the profiles that the tables come from. Where bodies change along rolling the gap has a `rest`
+    (m) beside these powers: a row for each distance d of `rest_at` (m), which goes on beyond its ends.
     """
 
     y: Row
@@ -75,6 +77,8 @@ class CurvedPatch(ContactGeometry):
     free_ends: tuple[bool, bool] = (False, False)
     cut: tuple[bool, bool] = (False, False)
     rounded: tuple[Rounding, ...] = ()
+    rest_at: Row = ()
+    rest: tuple[Row, ...] = ()
 
     def __hash__(self) -> int:
         # Hash a sample of the tables; hashing all costs more than most cached results.
@@ -103,7 +107,7 @@ class CurvedPatch(ContactGeometry):
 
     @property
     def leans(self) -> bool:
-        return any(self.x_lowest)
+        return any(self.x_lowest) or bool(self.rest)
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -118,7 +122,9 @@ class CurvedPatch(ContactGeometry):
         def small(rest: Array, of: Array) -> bool:
             return bool((np.abs(rest).max(axis=1) <= SYMMETRY_TOLERANCE * np.abs(of).max(axis=1)).all())
 
-        return not skew.any() and small(columns - columns[:, ::-1], columns) and small(odd + odd[:, ::-1], odd)
+        if skew.any() or self.rest:
+            return False
+        return small(columns - columns[:, ::-1], columns) and small(odd + odd[:, ::-1], odd)
 
     def across(self, y: Array) -> Array:
         inside = (y >= self.y[0]) & (y <= self.y[-1])
@@ -134,7 +140,12 @@ class CurvedPatch(ContactGeometry):
     def gap(self, x: Array, y: Array) -> Array:
         _, _, _, lowest, curvature, cubic, quartic, *_ = self._at(y)
         d = x[:, None] - lowest
-        return np.asarray(self.across(y) + d**2 * (0.5 * curvature + d * (cubic + d * quartic)))
+        gap = np.asarray(self.across(y) + d**2 * (0.5 * curvature + d * (cubic + d * quartic)))
+        return gap + self._rest(d, y) if self.rest else gap
+
+    @cached_property
+    def _rest(self) -> Callable[[Array, Array], Array]:
+        return rest_of(np.array(self.rest_at), np.array(self.y), np.array(self.rest))
 
     def inclination(self, y: Array) -> Array:
         return np.asarray(self._at(y)[1])
@@ -154,6 +165,17 @@ class CurvedPatch(ContactGeometry):
         lateral, inclination, *_, slip_y, spin = self._at(y)
         return np.stack(np.broadcast_arrays(along - turning * lateral,
                                             (across + turning * x) * np.cos(inclination) + slip_y + spin * x))
+
+
+def rest_of(along: Array, y: Array, rest: Array) -> Callable[[Array, Array], Array]:
+    """`rest` (n, m) at the places `along` (n,) and `y` (m,), as a function of d (k, l) and y (l,); beyond their ends as
+    there."""
+    spline = scipy.interpolate.RectBivariateSpline(along, y, rest, kx=3, ky=3)
+
+    def at(d: Array, across: Array) -> Array:
+        return np.asarray(spline.ev(np.clip(d, along[0], along[-1]), np.clip(across, y[0], y[-1])))
+
+    return at
 
 
 def conformal_patch(geometry: Geometry, shares: tuple[float, float]) -> CurvedPatch:

@@ -41,6 +41,10 @@ class ProfileCurve:
         padded = [np.pad(part.c, ((height - part.c.shape[0], 0), (0, 0), (0, 0))) for part in parts]
         return scipy.interpolate.PPoly(np.concatenate(padded, axis=1), knots)
 
+    def at(self, lengths: Array) -> Array:
+        """(y, z) in m at lengths along the chords (m), (n, 2)."""
+        return np.asarray(self._spline(lengths))
+
     @cached_property
     def _distinct(self) -> tuple[Array, Array]:
         """Points that differ, and the chords between them."""

@@ -13,6 +13,7 @@ from thermoroll_cli.physics.contact.active_set import Approach
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
 from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.problem.curved_patch import rest_of
 from thermoroll_cli.tools.arrays import Array
 
 COARSE_GRID = (24, 48)
@@ -35,7 +36,7 @@ class Indentation:
     def moved(self, position: Position) -> tuple[float, float]:
         """(dy, dz) in m by which the wheel's material at the patch has moved if the wheelset is at `position`."""
         before, radius, there = self.patch.position, self.patch.facing.wheel.radius, self.patch.place
-        position = replace(position, ahead=before.ahead, roller=before.roller)
+        position = replace(position, ahead=before.ahead, roller=before.roller, tilt=before.tilt, lift=before.lift)
         turned = position.rotation @ (before.rotation.T @ (there - before.origin(radius))) + position.origin(radius) - there
         return float(turned[1]), float(turned[2])
 
@@ -81,4 +82,6 @@ def _gap(patch: PatchSurface, grid: Grid) -> Array:
     lowest, x_lowest, *powers = scipy.interpolate.CubicSpline(s, np.array([lowest, x_lowest, *fitted]).T)(grid.y).T
     away = grid.x[:, None] - x_lowest
     gap = lowest + sum(power * away**n for n, power in enumerate(powers, 2))
+    if patch.rest is not None:
+        gap = gap + rest_of(patch.rest[0], s, patch.rest[1])(away, grid.y)
     return np.where((grid.y >= s[0]) & (grid.y <= s[-1]), gap, 1.0)

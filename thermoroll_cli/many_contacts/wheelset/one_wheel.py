@@ -13,6 +13,7 @@ from thermoroll_cli.many_contacts.wheelset.indentation import Indentation
 from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, patches_of
 from thermoroll_cli.many_contacts.wheelset.placement import Position
 from thermoroll_cli.many_contacts.wheelset.search import Facing
+from thermoroll_cli.many_contacts.wheelset.varying import varying_patch
 from thermoroll_cli.physics.numerics.roots import RisingRoot
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.tools.arrays import Array
@@ -136,7 +137,8 @@ class WheelOnRail:
     def _find(self, facing: Facing, position: Position) -> None:
         """The patches at a `position` of the wheel."""
         lowered = facing.lowered(position.z - facing.position.z)
-        found = patches_of(lowered, curved=self.curved, shares=self._shares, joined=self._joined * max(-lowered.clearance, 0.0))
+        found = patches_of(lowered, curved=self.curved, shares=self._shares, joined=self._joined * max(-lowered.clearance, 0.0),
+                           make=varying_patch)
         patches = [patch for patch in found if patch.faces and patch.overlap[0] > 0.0]
         before = self._indentations if len(patches) == len(self._indentations) else [None] * len(patches)
         self._indentations = [Indentation(patch, self.contact_modulus, None if last is None else last.pressure)
@@ -163,7 +165,8 @@ def _known(patch: PatchSurface, solved: Sequence[Bearing]) -> tuple[float, float
     """Vertical force over the load, and approach over that of the coarse grid, of the bearing nearest to a patch; without one
     near it, as without friction."""
     near = same_patch(solved, patch.y, lambda bearing: bearing.patch.y)
-    return (math.cos(patch.angle), 1.0) if near is None else (near.vertical, near.over_coarse)
+    level = math.cos(patch.angle) * math.cos(patch.position.tilt)
+    return (level, 1.0) if near is None else (near.vertical, near.over_coarse)
 
 
 Placed = tuple[WheelOnRail, Facing, Sequence[Bearing]]

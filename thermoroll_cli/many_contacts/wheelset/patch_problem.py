@@ -35,8 +35,15 @@ VIRTUAL = 0.55
 def slip_on(bearing: Bearing, motion: MotionOfWheelset) -> Slip:
     """The rigid motion over a patch of a right wheel; its place lies on the wheel's undeformed surface."""
     patch = bearing.patch
-    deep = patch.overlap[0] * directions(patch.angle)[2]
-    return Slip(motion, patch.position, patch.facing.wheel.radius, tuple((patch.place + deep).tolist()), tuple(deep.tolist()))
+    normal = directions(patch.angle)[2]
+    deep = patch.overlap[0] * normal
+    slip = Slip(motion, patch.position, patch.facing.wheel.radius, tuple((patch.place + deep).tolist()), tuple(deep.tolist()))
+    if not patch.follows:
+        return slip
+    # The axle rises and falls with the surfaces: their approach does not change.
+    down = slip.position.turn.T @ np.array([0.0, 0.0, 1.0])
+    closing = slip.speed * float(slip.velocity(np.array(slip.place)) @ normal) / float(down @ normal)
+    return replace(slip, motion=replace(motion, vertical=motion.vertical + closing))
 
 
 def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelset) -> Problem:
@@ -62,6 +69,9 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
                "curvature": 2.0 * fitted[0], "cubic": -fitted[1], "quartic": fitted[2],
                "slip_x": slips[0], "slip_y": slips[1], "spin": slips[2]}
     rows: dict[str, Any] = {name: tuple(column[::-1].tolist()) for name, column in columns.items()}
+    if patch.rest is not None:
+        along, values = patch.rest
+        rows |= {"rest_at": tuple((-along[::-1]).tolist()), "rest": tuple(map(tuple, values[::-1, ::-1].tolist()))}
     low_free, high_free = patch.free_ends
     low, high = patch.limits
     roller = patch.facing.rail.roller
@@ -119,9 +129,9 @@ def friction_of(contact: Problem, bearing: Bearing) -> Friction:
 @dataclass(frozen=True)
 class SolvedPatch:
     """A patch of a `side` where the wheelset stands, with its problem's `result`, and what it does, in track axes seen from its
-    side (m, N): its centre of pressure, the inclination there (rad), the `force` on the rail, and the `torque` (N m) about the
-    axle and the `power` (W) of tractions and pressure on the wheelset, which turns and moves; c_x, c_s, c_φ at the centre of
-    pressure, or at the reference place of a plane."""
+    side (m, N): its centre of pressure (y and z in the axes of the patch), the inclination there (rad), the `force` on the
+    rail, and the `torque` (N m) about the axle and the `power` (W) of its tractions on the wheelset, which turns and moves;
+    c_x, c_s, c_φ at the centre of pressure, or at the reference place of a plane."""
 
     side: SideName
     bearing: Bearing
@@ -132,6 +142,13 @@ class SolvedPatch:
     torque: float
     power: float
     creepages: tuple[float, float, float]
+
+    @property
+    def on_track(self) -> tuple[float, float, float]:
+        """The centre of pressure in track axes, also on surfaces that rise; on a roller in its coordinates."""
+        position = self.bearing.patch.position
+        x, y, z = position.on_track(np.array(self.centre) - np.array([position.ahead, 0.0, 0.0])).tolist()
+        return x, y, z
 
     @property
     def local(self) -> tuple[float, float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -101,6 +101,16 @@ class PatchSurface:
         """The position of the wheelset in the axes of the place."""
         return replace(self.facing.position, ahead=self.x, roller=self.facing.rail.roller)
 
+    @property
+    def follows(self) -> bool:
+        """Whether the axle follows surfaces that rise and fall along rolling."""
+        return False
+
+    @property
+    def _lies(self) -> Position:
+        """The position in which the wheel's surface lies in these axes."""
+        return self.position
+
     @cached_property
     def _axes(self) -> tuple[Array, Array, Array]:
         """Origin, e_s and e_n of the place in (y, z)."""
@@ -195,7 +205,7 @@ class PatchSurface:
         Newton's method on |(X, Z)| − r(Y) in the axes of the wheelset."""
         base = self.places(s)
         angle = self.inclination(s)
-        rotation, centre = self.position.rotation, self.position.origin(self.facing.wheel.radius)
+        rotation, centre = self._lies.rotation, self._lies.origin(self.facing.wheel.radius)
         q0 = (base - centre) @ rotation + x[..., None] * rotation[0]
         step = np.stack((-np.sin(angle), np.cos(angle)), axis=-1) @ rotation[1:]
         t = np.broadcast_to(np.nan_to_num(self._along(self.wheel, s)), x.shape)
@@ -314,6 +324,12 @@ class PatchSurface:
         return s, lowest, x_lowest, fitted / np.array([half**2, half**3, half**4])[:, None]
 
     @property
+    def rest(self) -> tuple[Array, Array] | None:
+        """Distances along from the smallest gap of each line (m,), and what the gap there has beside that and its powers in the
+        `table` (m, (m, n)); None: nothing."""
+        return None
+
+    @property
     def rolling_radius(self) -> float:
         """Radius of the wheel at the place in m."""
         return float(self.facing.wheel.samples[1][self._on_locus])
@@ -328,11 +344,12 @@ class PatchSurface:
 
 
 def patches_of(
-    facing: Facing, *, curved: bool, shares: tuple[float, float] = (0.5, 0.5), joined: float = 0.0
+    facing: Facing, *, curved: bool, shares: tuple[float, float] = (0.5, 0.5), joined: float = 0.0,
+    make: Callable[..., PatchSurface] = PatchSurface,
 ) -> list[PatchSurface]:
     """The patches of all overlaps in order of y; those between which the gap is at most `joined` (m) are one. `shares` are
     those of rail and wheel in the compliance."""
-    gap, (rail, wheel) = facing.gap, facing.outlines
+    gap, rail = facing.gap, facing.outlines[0]
     y, inside = rail.y, np.flatnonzero(gap < 0.0)
     if not len(inside):
         return []
@@ -344,8 +361,8 @@ def patches_of(
         share = (-gap[run]) ** WEIGHT
         share = share / share.sum()
         middle = float(share @ y[run])
-        patches.append(PatchSurface(
+        patches.append(make(
             facing, float(y[run[0]]), float(y[run[-1]]), (float(y[bounds[k]]), float(y[bounds[k + 1]])),
-            x=float(share @ wheel.of(facing.locus[0])[run]), y=middle, z=float(np.interp(middle, y, rail.z)),
+            x=float(share @ facing.ahead[run]), y=middle, z=float(np.interp(middle, y, rail.z)),
             angle=float(share @ facing.angle[run]), shares=shares, curved=curved))
     return patches

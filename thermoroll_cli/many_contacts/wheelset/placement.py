@@ -8,6 +8,7 @@ the axle, or shifted along the track, to where it lies (`Position.ahead`).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -15,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
+from thermoroll_cli.many_contacts.wheelset.slices import Slices
 from thermoroll_cli.problem.rounding import Rounding, rounding_at
 from thermoroll_cli.tools.arrays import Array
 
@@ -55,7 +57,8 @@ class RailSide(Side):
     `gauge_height` below the top, and shifts and a roll of its own.
     `friction` has points (inclination of its surface in rad, share of the coefficient of friction), the share constant outside
     them; none where friction is the same everywhere. `origin` is the place of y = z = 0 of the profile (y from the middle of
-    the track to the field side, z down, m), in place of gauge and top. With a `roller` the rail is bent about its axle."""
+    the track to the field side, z down, m), in place of gauge and top. With a `roller` the rail is bent about its axle.
+    With `slices` the profile is that below the axle, `along` the track (m) in their places."""
 
     profile: Points
     cant: float
@@ -68,6 +71,8 @@ class RailSide(Side):
     origin: tuple[float, float] | None = None
     roller: Roller | None = None
     measured: Measured | None = None
+    slices: Slices | None = None
+    along: float = 0.0
 
     @cached_property
     def samples(self) -> Array:
@@ -76,29 +81,52 @@ class RailSide(Side):
         The profile is turned by −cant about x; its highest point lies at z = 0, and the least y within the gauge height below
         it at half the gauge, unless `origin` places it. From there the rail rolls about the origin of its profile, as CONTACT's
         deviations of rails do."""
-        profile = curve(self.profile).samples
+        return self.placed(curve(self.profile).samples)
+
+    def placed(self, profile: Array) -> Array:
+        """Rows y, z, dy/ds, dz/ds of an outline in track axes, placed as the profile of the rail is."""
+        return _turned(profile, self.roll - self.cant) + self._moved
+
+    @cached_property
+    def _moved(self) -> Array:
         moved = np.array([self.shift_y, self.shift_z, 0.0, 0.0])[:, None]
         if self.origin is not None:
-            return _turned(profile, self.roll - self.cant) + moved + np.array([*self.origin, 0.0, 0.0])[:, None]
-        y, z = _turned(profile, -self.cant)[:2]
+            return moved + np.array([*self.origin, 0.0, 0.0])[:, None]
+        y, z = _turned(curve(self.profile).samples, -self.cant)[:2]
         height = z.min() + self.gauge_height
         crossing = np.flatnonzero((z[:-1] - height) * (z[1:] - height) < 0.0)
         share = (height - z[crossing]) / (z[crossing + 1] - z[crossing])
         reached = np.concatenate((y[z <= height], (1.0 - share) * y[crossing] + share * y[crossing + 1]))
-        placed = np.array([self.half_gauge - reached.min(), -z.min(), 0.0, 0.0])[:, None]
-        return _turned(profile, self.roll - self.cant) + placed + moved
+        return np.array([self.half_gauge - reached.min(), -z.min(), 0.0, 0.0])[:, None] + moved
+
+    def lines(self, x: float) -> Array:
+        """Rows y, z in track axes of the rail's lines `x` (m) ahead of the axle, (2, m)."""
+        assert self.slices is not None
+        profile = self.slices.lines_at(self.along + x).T
+        return self.placed(np.concatenate((profile, 0.0 * profile)))[:2]
+
+    def section(self, x: float) -> RailSide:
+        """This rail as it is `x` (m) ahead of the axle, all along."""
+        if self.slices is None:
+            return self
+        y, z = self._moved[:2, 0].tolist()
+        return replace(self, profile=self.slices.outline_at(self.along + x), slices=None, origin=(y, z), shift_y=0.0,
+                       shift_z=0.0)
 
 
 @dataclass(frozen=True)
 class WheelSide(Side):
     """A right wheel: its profile (y to the field side, z down, m), nominal radius, half the distance of the flange backs and
-    the profile's y of the flange back (m)."""
+    the profile's y of the flange back (m). With `slices` the profile is that at the angle `turned` (rad), which stands below
+    the axle; what lies ahead has larger angles."""
 
     profile: Points
     radius: float
     half_flange_back_distance: float
     flange_back: float
     measured: Measured | None = None
+    slices: Slices | None = None
+    turned: float = 0.0
 
     @property
     def shift(self) -> float:
@@ -110,12 +138,25 @@ class WheelSide(Side):
         """Rows y, r, dy/ds, dr/ds in the axes of the wheelset, (4, n)."""
         return curve(self.profile).samples + np.array([[self.shift], [self.radius], [0.0], [0.0]])
 
+    def lines(self, ahead: Array | float) -> Array:
+        """Rows y, r in the axes of the wheelset of the wheel's lines at the angles `ahead` (rad, of each), (2, m)."""
+        if self.slices is None:
+            return self.samples[:2]
+        lines = (self.slices.at_each(self.turned + ahead) if isinstance(ahead, np.ndarray) else
+                 self.slices.lines_at(self.turned + ahead))
+        return np.asarray(lines.T + np.array([[self.shift], [self.radius]]))
+
+    def section(self, ahead: float) -> WheelSide:
+        """The wheel of revolution with the profile at the angle `ahead` (rad)."""
+        return self if self.slices is None else replace(self, profile=self.slices.outline_at(self.turned + ahead), slices=None)
+
 
 @dataclass(frozen=True)
 class Position:
     """Position of a wheelset: shift to the right and height below its place with the nominal radius on the rails (m, down),
     roll and yaw (rad), and its shift forward over rollers (`x`, m); in the axes of a place that is `ahead` (m, x) along the
-    track, or on the `roller`."""
+    track, or on the `roller`; on a track that rises or falls they begin `lift` (m) below its top, and x goes down by `tilt`
+    (rad)."""
 
     y: float = 0.0
     z: float = 0.0
@@ -124,18 +165,27 @@ class Position:
     x: float = 0.0
     ahead: float = 0.0
     roller: Roller | None = None
+    tilt: float = 0.0
+    lift: float = 0.0
 
     @property
     def turn(self) -> Array:
         """From the axes of the place to those of the track, (3, 3)."""
-        angle = self.ahead / self.roller.radius if self.roller else 0.0
+        angle = self.ahead / self.roller.radius if self.roller else self.tilt
         c, s = np.cos(angle), np.sin(angle)
         return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
     @property
     def rail_centre(self) -> Array:
         """The point about which the rail turns: on the axle of the roller, or the origin of the track."""
-        return np.array([0.0, 0.0, self.roller.radius] if self.roller else [-self.ahead, 0.0, 0.0])
+        if self.roller:
+            return np.array([0.0, 0.0, self.roller.radius])
+        return np.asarray(self.turn.T @ np.array([-self.ahead, 0.0, -self.lift]))
+
+    def on_track(self, place: Array) -> Array:
+        """Points (…, 3) in the axes of the place, in those of the track; on a roller its coordinates."""
+        turned = place if self.roller or not self.tilt else place @ self.turn.T
+        return np.asarray(turned + np.array([self.ahead, 0.0, self.lift]))
 
     @cached_property
     def rotation(self) -> Array:
@@ -160,15 +210,16 @@ def locus(wheel: WheelSide, position: Position, roller: Roller | None = None) ->
     """Rows x, y, z (m, track axes, or coordinates of the `roller`), dy/ds, dz/ds of the places at which the wheel's normal has
     no component along the track, one for each sample of its profile, (5, n); nan where there is none.
 
-    With the normal (y′ sin θ, −r′, y′ cos θ) of the surface of revolution: sin θ = R₀₁ r′/(R₀₀ y′), exact because R₀₂ = 0.
+    With the normal (y′ sin θ, −r′, y′ cos θ) of the surface of revolution: R₀₀ sin θ + R₀₂ cos θ = R₀₁ r′/y′.
     The slopes are those of the wheel's surface there. Normals to a roller meet its axle, n_x (z − R) = n_z x: Newton's method
     goes there from the place on a straight rail."""
     y, r, dy, dr = wheel.samples
     rotation = position.rotation
     with np.errstate(divide="ignore", invalid="ignore"):
-        sine = rotation[0, 1] * dr / (rotation[0, 0] * dy)
+        sine = rotation[0, 1] * dr / (math.hypot(rotation[0, 0], rotation[0, 2]) * dy)
     sine = np.where(np.abs(sine) <= 1.0, sine, np.nan)
-    angle, origin, still = np.arcsin(sine), position.origin(wheel.radius)[:, None], np.zeros(len(y))
+    angle = np.arcsin(sine) - math.atan2(rotation[0, 2], rotation[0, 0])
+    origin, still = position.origin(wheel.radius)[:, None], np.zeros(len(y))
 
     def at(angle: Array) -> tuple[Array, Array]:
         sine, cosine = np.sin(angle), np.cos(angle)

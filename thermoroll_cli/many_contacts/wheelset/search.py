@@ -47,6 +47,11 @@ class Facing:
         return outline(rail[0], rail[1], at, lowest=False), outline(wheel[1], wheel[2], at, lowest=True)
 
     @cached_property
+    def ahead(self) -> Array:
+        """x (m) of the places at which wheel and rail are nearest, over the places of the outlines."""
+        return self.outlines[1].of(self.locus[0])
+
+    @cached_property
     def gap(self) -> Array:
         """z of the rail less that of the wheel in m, over the places of the outlines; inf where one of them is missing."""
         rail, wheel = self.outlines

@@ -9,6 +9,7 @@ from typing import ClassVar, Literal
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
+from thermoroll_cli.many_contacts.wheelset.varying import VaryingFacing
 from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.problem import Problem
 
@@ -57,7 +58,9 @@ class WheelsetProblem(Task):
         position = self.position if roll is None else replace(self.position, roll=roll)
         if self.vertical is not None:
             position = replace(position, z=0.0)
-        return Facing(self.rails[side], self.wheels[side], position.mirrored if side == "left" else position)
+        rail, wheel = self.rails[side], self.wheels[side]
+        facing = Facing if rail.slices is None and wheel.slices is None else VaryingFacing
+        return facing(rail, wheel, position.mirrored if side == "left" else position)
 
 
 def sign_of(side: SideName) -> float:

@@ -14,6 +14,7 @@ from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, STIFFENING
 from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import patches_of
 from thermoroll_cli.many_contacts.wheelset.solve_wheelset import FINE, ROUGH, Report, SolvedWheelset, SteadySolvers, balanced
+from thermoroll_cli.many_contacts.wheelset.varying import varying_patch
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
 from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_kind, of_side
 from thermoroll_cli.problem.problem import BODIES
@@ -107,7 +108,7 @@ def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> I
         errors = {name: error + (load + (moved if name in POWERS else 0.0)) * error_scale(name, numbers)
                   for name, error in result.uncertainty.items()}
         surface, s = patch.bearing.patch, -result.y
-        places = surface.places(s)
+        places = surface.position.on_track(surface.places(s))
         own_axes = (warning.replace(" y = ", " y (in the axes of its result) = ") for warning in result.warnings)
         whole = replace(
             result, name=f"{side}_{number}", uncertainty=errors | {"normal_N": load * result["normal_N"]},
@@ -142,7 +143,7 @@ def _doubts(solved: SolvedWheelset) -> Iterator[str]:
         facing = problem.facing(side, standing.roll)
         facing = facing.lowered(standing.height - facing.position.z)
         solved_at = [patch.bearing.patch.y for patch in solved.patches if patch.side == side]
-        for patch in patches_of(facing, curved=problem.curved, shares=shares):
+        for patch in patches_of(facing, curved=problem.curved, shares=shares, make=varying_patch):
             if same_patch(solved_at, patch.y, float) is None and not patch.faces:
                 yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
                        "end of a profile, where no normal meets both surfaces: this contact is left out")
@@ -170,7 +171,7 @@ def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:
     """Place, forces, creepages and the scalars of a patch with its `result` in track axes, in the units of their names, and
     their errors."""
     sign, scalars = sign_of(patch.side), result.scalars
-    x, y, z = patch.centre
+    x, y, z = patch.on_track
     along, across, normal = patch.local
     rail, wheel = patch.in_profiles
     record = {

@@ -1,0 +1,106 @@
+"""Outlines that change along the track or around the wheel: slices, and the surface through them.
+
+Between features (the ends of each slice, where none are given) the outlines of all slices are divided at the same shares of
+arc; what lies at the same share is joined by a cubic spline over the places of the slices."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
+from thermoroll_cli.tools.arrays import Array
+
+SPACING, MOST, AROUND = 5e-5, 4000, 6
+"""Distance (m) of lines of the surface across the slices, how many a part has at most, and slices of other turns that a spline
+around a wheel takes."""
+
+
+class _Part(NamedTuple):
+    """Lines between two features: a spline of their (y, z) over the places of the slices that have the part, and the first and
+    the last of these."""
+
+    spline: scipy.interpolate.PPoly
+    first: float
+    last: float
+
+
+@dataclass(frozen=True)
+class Slices:
+    """Outlines (m) at increasing places `at`, in m along the track or rad around the wheel. `features` are arc lengths (m) of
+    each outline that belong together, increasing, none where its ends do; negative where a slice lacks the part before or
+    behind it, which then ends where its last slice is. Slices all around a wheel follow each other after a turn (`turns`).
+    Beyond the first and the last slice the outline stays as it is there."""
+
+    at: tuple[float, ...]
+    outlines: tuple[Points, ...]
+    features: tuple[tuple[float, ...], ...] = ()
+    turns: bool = False
+
+    def __hash__(self) -> int:
+        # A sample: hashing all points costs more than most cached results.
+        return hash((self.at, self.outlines[0][:3], self.outlines[-1][:3]))
+
+    @cached_property
+    def _parts(self) -> tuple[_Part, ...]:
+        lengths = [float(curve(points).knots[-1]) for points in self.outlines]
+        marks = np.array(self.features or [(0.0, length) for length in lengths])
+        marks = np.minimum(marks, np.array(lengths)[:, None])
+        parts = []
+        for low, high in zip(marks.T[:-1], marks.T[1:], strict=True):
+            there = np.flatnonzero((low >= 0.0) & (high >= 0.0))
+            count = int(np.clip(float((high - low)[there].max(initial=0.0)) / SPACING, 2, MOST)) + 1
+            lines = np.array([curve(self.outlines[k]).at(np.linspace(low[k], high[k], count)) for k in there])
+            at = np.array(self.at)[there]
+            if len(there):
+                parts.append(_Part(self._joined(at, lines), float(at[0]), float(at[-1])))
+        return tuple(parts)
+
+    def _joined(self, at: Array, lines: Array) -> scipy.interpolate.PPoly:
+        if self.turns:
+            # As many slices of the turns before and behind as a spline notices.
+            more = min(len(at), AROUND)
+            at = np.concatenate((at[-more:] - 2.0 * math.pi, at, at[:more] + 2.0 * math.pi))
+            lines = np.concatenate((lines[-more:], lines, lines[:more]))
+        if len(at) == 1:
+            return scipy.interpolate.PPoly(lines[None], np.array([at[0] - 1.0, at[0] + 1.0]))
+        if len(at) < 4:
+            return scipy.interpolate.PPoly.from_spline(scipy.interpolate.make_interp_spline(at, lines, k=1))
+        spline = scipy.interpolate.CubicSpline(at, lines)
+        return scipy.interpolate.PPoly(spline.c, spline.x)
+
+    def lines_at(self, place: float) -> Array:
+        """(y, z) in m of all lines at a place, (m, 2); nan for those of parts that are not there."""
+        at = float(self._within(np.array(place)))
+        return np.concatenate([np.asarray(part.spline(at)) if self.turns or part.first <= at <= part.last else
+                               np.full(part.spline.c.shape[2:], np.nan) for part in self._parts])
+
+    def at_each(self, places: Array) -> Array:
+        """(y, z) in m of each line of a wheel at an angle of its own, (m, 2), from `places` (m,)."""
+        places = self._within(places)
+        found, begin = [], 0
+        for spline, *_ in self._parts:
+            own = places[begin : begin + spline.c.shape[2]]
+            begin += len(own)
+            piece = np.clip(np.searchsorted(spline.x, own, side="right") - 1, 0, len(spline.x) - 2)
+            away, number = (own - spline.x[piece])[:, None], np.arange(len(own))
+            value = np.zeros((len(own), 2))
+            for coefficients in spline.c:
+                value = value * away + coefficients[piece, number]
+            found.append(value)
+        return np.concatenate(found)
+
+    def outline_at(self, place: float) -> Points:
+        """The outline at a place in m, of the parts that are there."""
+        lines = self.lines_at(place)
+        return tuple((float(y), float(z)) for y, z in lines[~np.isnan(lines[:, 0])])
+
+    def _within(self, places: Array) -> Array:
+        if self.turns:
+            return np.asarray(np.mod(places - self.at[0], 2.0 * math.pi) + self.at[0])
+        return np.clip(places, self.at[0], self.at[-1])
