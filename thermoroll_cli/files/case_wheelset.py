@@ -53,8 +53,8 @@ class OutlineTable(Table):
                                          "[y, z] in mm in order along the surface, y to the field side, z down", least=2)
     file: Annotated[str | None, Allowed("the name of a .prr, .prw, .ban or .whl file, of one with two columns, or of a list of "
                                         "slices, .slcs or .slcw")] = Field(
-        default=None, max_length=1000, description="Simpack's .prr or .prw, MiniProf's .ban or .whl, two columns y and z in mm; "
-        "or slices, .slcs or .slcw")
+        default=None, max_length=1000, description="Simpack's .prr or .prw, MiniProf's .ban or .whl, two columns y and z in "
+        "mm, or slices, .slcs or .slcw")
     slices: Annotated[list[_Slice] | None,
                       Allowed("a list of pairs [place, file], places increasing: mm along the track, or degrees around the "
                               "wheel")] = Field(
@@ -146,7 +146,8 @@ class WheelsetTable(Table):
                                         None, ge=-1e9, le=1e9)  # fmt: skip
     longitudinal_velocity_mm_s: float = quantity("Velocity of the wheelset forward over rollers", 0.0, ge=-1e6, le=1e6)
     lateral_velocity_mm_s: float = quantity("Velocity of the wheelset to the right", 0.0, ge=-1e6, le=1e6)
-    vertical_velocity_mm_s: float = quantity("Velocity of the wheelset down", 0.0, ge=-1e6, le=1e6)
+    vertical_velocity_mm_s: float | None = quantity("Velocity of the wheelset down; left out, that with which it follows rails "
+                                                    "and wheels that rise and fall", None, ge=-1e6, le=1e6)
     roll_rate_mrad_s: float = quantity("Rate of the roll", 0.0, ge=-1e6, le=1e6)
     yaw_rate_mrad_s: float = quantity("Rate of the yaw", 0.0, ge=-1e6, le=1e6)
     patches: Literal["curved", "planar"] = Field(
@@ -176,9 +177,9 @@ def wheelset_of(
                           wheelset.si("yaw_mrad"), wheelset.si("longitudinal_shift_mm")),
         motion=MotionOfWheelset(
             max(speeds, default=contact.motion.speed), None if finds_speed else -(wheelset.angular_velocity_rad_s or 0.0),
-            wheelset.si("lateral_velocity_mm_s"), wheelset.si("vertical_velocity_mm_s"), wheelset.si("roll_rate_mrad_s"),
+            wheelset.si("lateral_velocity_mm_s"), wheelset.si("vertical_velocity_mm_s") or 0.0, wheelset.si("roll_rate_mrad_s"),
             wheelset.si("yaw_rate_mrad_s"), 1.0 / (track.curve_radius_m or math.inf),
-            wheelset.si("longitudinal_velocity_mm_s")),
+            wheelset.si("longitudinal_velocity_mm_s"), wheelset.vertical_velocity_mm_s is None),
         vertical=wheelset.vertical_N,
         finds_roll=wheelset.roll_mrad is None and len(names) == 2,
         finds_speed=finds_speed,

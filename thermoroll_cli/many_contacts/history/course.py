@@ -252,7 +252,11 @@ PATH = {"wheelset.lateral_shift_mm": ("y", "lateral"), "wheelset.height_mm": ("z
 
 
 def _moving(name: str, factor: float = 1.0) -> Callable[[WheelsetProblem, float], WheelsetProblem]:
-    return lambda problem, value: replace(problem, motion=replace(problem.motion, **{name: factor * value}))
+    def moved(problem: WheelsetProblem, value: float) -> WheelsetProblem:
+        change: dict[str, Any] = {name: factor * value}
+        return replace(problem, motion=replace(problem.motion, **change))
+
+    return moved
 
 
 def _rolling(problem: WheelsetProblem, speed: float) -> WheelsetProblem:
@@ -298,5 +302,6 @@ class WheelsetHistory(OverTime):
         for key in course.values:
             problem = OF_WHEELSETS[key](problem, float(course.at(key, np.array([place]))[0]))
         speed = problem.motion.speed if course.by_distance else 1.0
-        rates = {rate: 1e-3 * speed * course.slope(key, place) for key, (_, rate) in PATH.items() if key in course.values}
+        rates: dict[str, Any] = {rate: 1e-3 * speed * course.slope(key, place) for key, (_, rate) in PATH.items()
+                                 if key in course.values}
         return replace(problem, motion=replace(problem.motion, **rates))

@@ -15,7 +15,8 @@ from thermoroll_cli.tools.arrays import Array
 class MotionOfWheelset:
     """Velocities of the wheelset (m/s) along the track, to the right and down, rates of roll and yaw (rad/s), its angular
     velocity about the axle (rad/s, negative forward; None: to be found), the curvature of the track (1/m, to the right), and
-    the velocity of the wheelset along the track over rollers, on which it does not travel (`ahead`, m/s)."""
+    the velocity of the wheelset along the track over rollers, on which it does not travel (`ahead`, m/s). On surfaces that
+    rise and fall along rolling it `follows` them in addition to its velocity down."""
 
     speed: float
     angular_velocity: float | None
@@ -25,6 +26,7 @@ class MotionOfWheelset:
     yaw_rate: float = 0.0
     curvature: float = 0.0
     ahead: float = 0.0
+    follows: bool = False
 
     @property
     def mirrored(self) -> MotionOfWheelset:

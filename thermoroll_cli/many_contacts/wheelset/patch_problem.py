@@ -38,7 +38,7 @@ def slip_on(bearing: Bearing, motion: MotionOfWheelset) -> Slip:
     normal = directions(patch.angle)[2]
     deep = patch.overlap[0] * normal
     slip = Slip(motion, patch.position, patch.facing.wheel.radius, tuple((patch.place + deep).tolist()), tuple(deep.tolist()))
-    if not patch.follows:
+    if not (patch.follows and motion.follows):
         return slip
     # The axle rises and falls with the surfaces: their approach does not change.
     down = slip.position.turn.T @ np.array([0.0, 0.0, 1.0])

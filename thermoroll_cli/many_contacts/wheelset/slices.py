@@ -1,7 +1,7 @@
 """Outlines that change along the track or around the wheel: slices, and the surface through them.
 
 Between features (the ends of each slice, where none are given) the outlines of all slices are divided at the same shares of
-arc; what lies at the same share is joined by a cubic spline over the places of the slices."""
+arc; what lies at the same share is joined by a cubic spline of continuous slope over the places of the slices (Akima 1970)."""
 
 from __future__ import annotations
 
@@ -70,8 +70,10 @@ class Slices:
         if len(at) == 1:
             return scipy.interpolate.PPoly(lines[None], np.array([at[0] - 1.0, at[0] + 1.0]))
         if len(at) < 4:
-            return scipy.interpolate.PPoly.from_spline(scipy.interpolate.make_interp_spline(at, lines, k=1))
-        spline = scipy.interpolate.CubicSpline(at, lines)
+            steps = np.diff(at)[:, None, None]
+            return scipy.interpolate.PPoly(np.stack((np.diff(lines, axis=0) / steps, lines[:-1])), at)
+        # Where outlines change suddenly, as at an interruption, splines of continuous curvature overshoot by centimetres.
+        spline = scipy.interpolate.Akima1DInterpolator(at, lines, method="makima")
         return scipy.interpolate.PPoly(spline.c, spline.x)
 
     def lines_at(self, place: float) -> Array:

@@ -23,17 +23,19 @@ from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.tools.arrays import Array
 
-REACH, COARSE, FINE = 0.3, 2.5e-3, 2.5e-4
-"""How far ahead the bodies may touch, as the sine of the angle around the wheel (rails that rise by 1:3), and distances (m) of
+REACH, COARSE, FINE = 0.2, 2.5e-3, 2.5e-4
+"""How far ahead the bodies may touch, as the sine of the angle around the wheel (rails that rise by 1:5), and distances (m) of
 the places ahead that are looked at, everywhere and around first contact."""
 CLOSE_BY, ROOM = 1e-3, 6e-3
 """Gap over that of first contact (m) of lines that are looked at more closely, up to this way (m) beyond where they are
 nearest."""
-AROUND, STATIONS, ACROSS = 0.025, 101, 241
+AROUND, STATIONS, ACROSS = 0.04, 321, 161
 """Way (m) along rolling on either side of a patch on which its surfaces are known, and the places along and across there."""
 SWEEPS = 4
 """Rounds for the angle of a wheel's line at a place ahead, as its radius changes with it: each adds a digit."""
-LINE, SHALLOW = 121, 1e-7
+SOFT = 1e-5
+"""Gap (m) over the least one of a line up to which its places count for where the bodies are nearest: all along a flat."""
+LINE, SHALLOW = 201, 1e-7
 """Places on each line of rolling at which the gap of a patch is looked at, over what an overlap (m) needs, this at least."""
 
 
@@ -163,7 +165,8 @@ def _numbers(samples: Array, y: Array) -> Array:
 
 
 def _least(heights: Heights) -> tuple[Array, Array]:
-    """x (m) and value (m) of the least gap on each line across, by the parabola through three places ahead."""
+    """x (m) where the bodies are nearest on each line across, the mean over what is hardly less near, and the least gap (m), by
+    the parabola through three places ahead."""
     gap, x, number = heights.gap, heights.x, np.arange(len(heights.y))
     k = np.clip(np.argmin(gap, axis=0), 1, len(x) - 2)
     before, here, after = (gap[k + step, number] for step in (-1, 0, 1))
@@ -172,7 +175,10 @@ def _least(heights: Heights) -> tuple[Array, Array]:
         share = np.where(np.isfinite(bend) & (bend > 0.0), np.clip(0.5 * (before - after) / np.where(bend > 0.0, bend, 1.0),
                                                                    -1.0, 1.0), 0.0)
         value = here - np.where(share != 0.0, 0.25 * (before - after) * share, 0.0)
-    return x[k] + share * (x[1] - x[0]), np.where(np.isfinite(here), np.minimum(value, gap.min(axis=0)), np.inf)
+    near = np.where(np.isfinite(gap), np.maximum(gap.min(axis=0) + SOFT - gap, 0.0), 0.0)
+    total = near.sum(axis=0)
+    middle = np.where((near > 0.0).sum(axis=0) > 2, x @ near / np.where(total > 0.0, total, 1.0), x[k] + share * (x[1] - x[0]))
+    return middle, np.where(np.isfinite(here), np.minimum(value, gap.min(axis=0)), np.inf)
 
 
 @dataclass(frozen=True)
@@ -227,9 +233,11 @@ class VaryingPatch(PatchSurface):
     def _known(self) -> tuple[tuple[Array, Array, Array, Array], tuple[Array, Array]]:
         """`table`, and `rest` with its places (m) along."""
         s, *_ = super().table
-        half = 1.2 * math.sqrt(2.0 * self.facing.wheel.radius * max(self.overlap[0], SHALLOW))
-        within = min(3.0 * half, AROUND)
-        _, _, place, least = self._lines(s, within)
+        x, gap, place, least = self._lines(s, AROUND)
+        # As far as the bodies would overlap three times as deep.
+        deep = max(self.overlap[0], SHALLOW)
+        reached = np.abs(x - place)[gap < np.minimum(least + 2.0 * deep, 2.0 * deep)]
+        within = min(1.2 * max(float(reached.max(initial=0.0)), math.sqrt(2.0 * self.facing.wheel.radius * deep)), AROUND)
         away = within * np.linspace(-1.0, 1.0, LINE)[:, None]
         y = self.places(s)[:, 1]
         gap = PatchSurface.gap(self, place + away, s) - self.departs(place + away, np.broadcast_to(y, away.shape[:1] + y.shape))

@@ -10,6 +10,7 @@ from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.many_contacts.wheelset.varying import VaryingFacing
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.problem import Problem
 
@@ -42,6 +43,12 @@ class WheelsetProblem(Task):
     curved: bool = True
     contact_distance: float = 1.5
     without_effect: tuple[str, ...] = ()
+
+    def refuse_slices(self, what: str) -> None:
+        """Raises Unsolvable if a rail or a wheel changes along rolling, which `what` does not know."""
+        for key, sides in (("track.rail_profile", self.rails), ("wheelset.wheel_profile", self.wheels)):
+            if any(side.slices is not None for side in sides.values()):
+                raise Unsolvable(f"{what} knows no slices", key, "one outline for the whole length")
 
     @property
     def sides(self) -> tuple[SideName, ...]:

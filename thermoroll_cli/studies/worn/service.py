@@ -51,6 +51,8 @@ def positions_of(case: Case, source: str = "") -> list[tuple[float, WheelsetProb
     Raises CaseError for keys or values that a case cannot have, Unsolvable for those that are no position."""
     given = case.settings.wear and case.settings.wear.positions
     base: Any = case.task
+    if isinstance(base, WheelsetProblem):
+        base.refuse_slices("the wear of outlines")
     if not given:
         return [(1.0, base)]
     total, found = math.fsum(weight for weight, _ in given), []  # type: ignore[misc]

@@ -1,0 +1,188 @@
+"""Rails that change along the track and wheels that are not round, from slices: beside round wheels on straight rails, exact
+geometry, mirror images and shifts."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from thermoroll_cli import Case, CaseError, conicity, solve, wear
+from thermoroll_cli.files.profile_file import read_slices
+from thermoroll_cli.many_contacts.wheelset.first_contact import touching
+from thermoroll_cli.many_contacts.wheelset.slices import Slices
+
+R, CROWN = 460.0, 300.0
+"""Radii in mm of the wheel, a cylinder, and of the rail's top, which is an arc."""
+Y = np.linspace(-30.0, 30.0, 121)
+
+
+def rail(z: float = 0.0, y: float = 0.0) -> list[list[float]]:
+    return np.stack((Y + y, Y**2 / (2.0 * CROWN) + z), axis=1).tolist()
+
+
+def wheel(radius: float) -> list[list[float]]:
+    return [[float(y), radius - R] for y in np.linspace(-40.0, 40.0, 21)]
+
+
+def sections(places: Any, outlines: list[list[list[float]]]) -> dict[str, Any]:
+    return {"flip": False, "sections": [{"at": float(at), "points_mm": points}
+                                        for at, points in zip(places, outlines, strict=True)]}  # fmt: skip
+
+
+def tables(rail_profile: dict[str, Any], wheel_profile: dict[str, Any], side: str = "right", **wheelset: Any) -> dict[str, Any]:
+    load = {} if "height_mm" in wheelset else {"vertical_N": 2e4}
+    return {"material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28}, "load": {"friction_coefficient": 0.3},
+            "rolling": {"speed_m_s": 2.0}, "numerics": {"grid": 16},
+            "track": {"rail_profile": rail_profile, side: {"origin_mm": [750.0, 0.0]}},
+            "wheelset": {"wheel_profile": wheel_profile, "wheels": side, "nominal_radius_mm": R, "flange_back_mm": -70.0,
+                         "flange_back_distance_mm": 1360.0, "roll_mrad": 0.0, "angular_velocity_rad_s": 2e3 / R * 1.002,
+                         **load, **wheelset}}  # fmt: skip
+
+
+PLAIN = {"points_mm": rail(), "flip": False}, {"points_mm": wheel(R), "flip": False}
+NOSE = sections(np.arange(-100.0, 101.0, 10.0), [rail(-0.1 * s) for s in np.arange(-100.0, 101.0, 10.0)])
+
+
+def flat(length: float) -> dict[str, Any]:
+    """A wheel with a flat of this length (mm) at the angle 0, the chord of its circle."""
+    half, degrees = math.asin(0.5 * length / R), np.linspace(-6.0, 6.0, 241)
+    radii = np.where(np.abs(np.radians(degrees)) < half, R * math.cos(half) / np.cos(np.radians(degrees)), R)
+    return sections(degrees, [wheel(float(radius)) for radius in radii])
+
+
+@pytest.mark.parametrize("patches", ["planar", pytest.param("curved", marks=pytest.mark.slow)])
+def test_slices_that_are_all_the_same_are_the_plain_track(patches: str) -> None:
+    """And a wheel that is round all the way."""
+    plain = solve(Case.from_dict(tables(*PLAIN, patches=patches)))
+    sliced = solve(Case.from_dict(tables(sections((-50.0, 0.0, 20.0, 90.0), 4 * [rail()]),
+                                         sections((-20.0, 0.0, 30.0), 3 * [wheel(R)]), patches=patches)))
+    assert plain.converged and sliced.converged, sliced.reason
+    for name in ("height_mm", "track_force_x_N", "track_force_z_N", "pressure_max_MPa", "Q_F_W"):
+        assert sliced[name] == pytest.approx(plain[name], rel=1e-3, abs=1e-6), name
+
+
+def test_a_wheel_climbs_a_nose_ahead_of_its_axle() -> None:
+    """On a rail that rises 1:10 the contact lies ahead by R sin α, at the height R/cos α − R; its pressure pushes the wheel
+    back by N sin α, and the axle, which follows the rise, moves by 1/cos α faster than it. A place further on is higher."""
+    angle = math.atan(0.1)
+    task = Case.from_dict(tables(NOSE, PLAIN[1])).task
+    facing = touching(task)["right"]
+    k = int(np.argmin(facing.gap))
+    assert 1e3 * facing.ahead[k] == pytest.approx(R * math.sin(angle), abs=0.02)
+    assert 1e3 * facing.position.z == pytest.approx(R - R / math.cos(angle), abs=2e-4)
+    here, further = (solve(Case.from_dict(tables(NOSE, PLAIN[1], position_mm=s))) for s in (0.0, 12.5))
+    assert here.converged, here.reason
+    (patch,) = here.patches
+    assert patch.record["x_mm"] == pytest.approx(R * math.sin(angle), abs=0.05)
+    along, normal = patch.record["force_x_N"], patch.record["normal_N"]
+    assert here["track_force_x_N"] == pytest.approx(along * math.cos(angle) + normal * math.sin(angle), rel=1e-6)
+    assert here["track_force_z_N"] == pytest.approx(2e4, rel=1e-4)
+    assert patch.record["creepage_x"] == pytest.approx(1.002 - 1.0 / math.cos(angle), rel=0.02)
+    assert here["power_balance_error"] < 2e-3
+    assert further["height_mm"] == pytest.approx(here["height_mm"] - 1.25, abs=1e-5)
+    for name in ("track_force_x_N", "pressure_max_MPa", "Q_F_W"):
+        assert further[name] == pytest.approx(here[name], rel=1e-5), name
+
+
+def test_a_mirrored_track_mirrors_the_forces() -> None:
+    """A rail that moves sideways along the track, under a right wheel and as its mirror image under a left one."""
+    places = np.arange(-60.0, 61.0, 20.0)
+    moved = sections(places, [rail(-0.05 * s, 0.1 * s) for s in places])
+    right, left = (solve(Case.from_dict(tables(moved, PLAIN[1], side))) for side in ("right", "left"))
+    assert right.converged, right.reason
+    assert abs(right["track_force_y_N"]) > 10.0
+    for axis, sign in (("x", 1.0), ("y", -1.0), ("z", 1.0)):
+        assert left[f"track_force_{axis}_N"] == pytest.approx(sign * right[f"track_force_{axis}_N"], rel=1e-9)
+
+
+def test_the_axle_over_a_flat_is_as_high_as_its_chord() -> None:
+    """Until elastic: on the middle of a flat of 40 mm the axle is R cos φ above the rail, on its edge R, and at each angle in
+    between the edge lies ahead or behind; the rotation passes it on."""
+    chord = R * (1.0 - math.cos(math.asin(20.0 / R)))
+    for degrees, expected in ((0.0, chord), (4.0, 0.0)):
+        facing = touching(Case.from_dict(tables(PLAIN[0], flat(40.0), rotation_deg=degrees)).task)["right"]
+        assert 1e3 * facing.position.z == pytest.approx(expected, abs=2e-3), degrees
+    half = math.degrees(math.asin(20.0 / R))
+    facing = touching(Case.from_dict(tables(PLAIN[0], flat(40.0), rotation_deg=0.5 * half)).task)["right"]
+    # The edge has turned by as much from below the axle.
+    assert 1e3 * facing.position.z == pytest.approx(R * (1.0 - math.cos(math.radians(0.5 * half))), abs=5e-3)
+    result = solve(Case.from_dict(tables(PLAIN[0], flat(40.0))))
+    round_one = solve(Case.from_dict(tables(*PLAIN)))
+    assert result.converged, result.reason
+    (patch,) = result.patches
+    loaded = patch.x[np.asarray(patch.fields["pressure"]).any(axis=1)]
+    assert np.ptp(loaded) == pytest.approx(0.04, rel=0.15), "all of the flat bears"
+    assert result["contact_area_mm2"] > 2.0 * round_one["contact_area_mm2"]
+
+
+def test_a_part_that_begins_ends_where_its_first_slice_is() -> None:
+    """Features of all slices; the second part exists from 10 mm on."""
+    short, whole = ((0.0, 0.0), (0.02, 0.0)), ((0.0, 0.0), (0.02, 0.0), (0.03, -0.01))
+    end = 0.02 + math.hypot(0.01, 0.01)
+    slices = Slices((0.0, 0.01, 0.02), (short, whole, whole), ((0.0, 0.02, -1e-3), (0.0, 0.02, end), (0.0, 0.02, end)))
+    assert slices.lines_at(0.005)[:, 0][~np.isnan(slices.lines_at(0.005)[:, 0])].max() == pytest.approx(0.02)
+    assert slices.outline_at(0.01)[-1] == pytest.approx((0.03, -0.01))
+    assert slices.outline_at(0.015)[-1] == pytest.approx((0.03, -0.01))
+
+
+SLCS = """% a nose
+  5.0  2.0   U_OFFSET, U_SCALE
+  2          NSLC
+  3 1 0      NFEAT, NKINK, NACCEL
+  1          U_INTPOL
+  0.0 'a.csv'
+ 10.0 "b.csv"
+  2          P_KINK
+  0.0  0.0 30.0 -1
+ 10.0  0.0 30.0 60.5
+"""
+
+
+def test_files_of_slices_are_read_shown_and_kept_in_the_case(tmp_path: Path) -> None:
+    for name, z in (("a", 0.0), ("b", -1.0)):
+        (tmp_path / f"{name}.csv").write_text("\n".join(f"{y} {height}" for y, height in rail(z)))
+    (tmp_path / "nose.slcs").write_text(SLCS)
+    first, second = read_slices(tmp_path / "nose.slcs")
+    assert (first.at, second.at) == (10.0, 30.0) and second.features == [0.0, 30.0, 60.5] and first.features[-1] == -1.0
+    (tmp_path / "nose.slcs").write_text(SLCS.replace("  3 1 0", "  0 0 0"))
+    content = tables({"file": str(tmp_path / "nose.slcs"), "flip": False}, PLAIN[1], position_mm=20.0)
+    case = Case.from_dict(content)
+    assert min(z for _, z in case.task.rails["right"].profile) == pytest.approx(-0.5e-3, abs=1e-6)
+    assert Case.parse(case.to_toml()).task == case.task and Case.from_json(case.to_json()).task == case.task
+    listed = tables({"slices": [[10.0, str(tmp_path / "a.csv")], [30, str(tmp_path / "b.csv")]], "flip": False}, PLAIN[1],
+                    position_mm=20.0)  # fmt: skip
+    assert Case.from_dict(listed).task == case.task
+    (tmp_path / "case.toml").write_text(case.to_toml())
+    assert "first_contact_height_mm" in call("show", tmp_path / "case.toml").stdout
+    assert "the first of 2 slices from 10 to 30 mm" in str(case.profiles)
+
+
+@pytest.mark.parametrize(("change", "told"), [
+    (lambda case: case["track"].update(rail_profile=PLAIN[0]), "the rails are the same everywhere"),
+    (lambda case: case["wheelset"].update(rotation_deg=3.0), "the wheels are round"),
+    (lambda case: case["track"].update(roller_radius_mm=500.0), "have no slices"),
+    (lambda case: case["track"]["rail_profile"].update(slices=[["a", 1.0]], sections=None), "a slice is a pair"),
+    (lambda case: case.update(history={"distance_mm": [0.0, 1.0], "steps": 1}), "over time"),
+])  # fmt: skip
+def test_what_slices_do_not_go_with(change: Any, told: str) -> None:
+    content = tables(json.loads(json.dumps(NOSE)), PLAIN[1], position_mm=1.0)
+    change(content)
+    with pytest.raises(CaseError, match=told):
+        Case.from_dict({key: value for key, value in content.items() if value is not None})
+
+
+def test_commands_that_need_the_same_rail_everywhere_refuse_slices() -> None:
+    content = tables(NOSE, PLAIN[1])
+    content["wheelset"]["wheels"] = "both"
+    for key in ("roll_mrad", "angular_velocity_rad_s"):
+        del content["wheelset"][key]
+    for ask in (lambda: conicity(Case.from_dict(content)), lambda: wear(Case.from_dict({**content, "wear": {
+            "distance_km": 1.0, "lower": {"specific_wear_rate_mm3_Nm": 1e-5, "track_length_m": 1.0}}}))):  # fmt: skip
+        with pytest.raises((ValueError, CaseError), match="knows no slices"):
+            ask()
