@@ -175,7 +175,8 @@ def _least(heights: Heights) -> tuple[Array, Array]:
         share = np.where(np.isfinite(bend) & (bend > 0.0), np.clip(0.5 * (before - after) / np.where(bend > 0.0, bend, 1.0),
                                                                    -1.0, 1.0), 0.0)
         value = here - np.where(share != 0.0, 0.25 * (before - after) * share, 0.0)
-    near = np.where(np.isfinite(gap), np.maximum(gap.min(axis=0) + SOFT - gap, 0.0), 0.0)
+    least = gap.min(axis=0)
+    near = np.maximum(np.where(np.isfinite(least), least, 0.0) + SOFT - gap, 0.0)
     total = near.sum(axis=0)
     middle = np.where((near > 0.0).sum(axis=0) > 2, x @ near / np.where(total > 0.0, total, 1.0), x[k] + share * (x[1] - x[0]))
     return middle, np.where(np.isfinite(here), np.minimum(value, gap.min(axis=0)), np.inf)
