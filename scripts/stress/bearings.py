@@ -16,6 +16,7 @@ from thermoroll_cli.problem.result import Result
 
 GRID, REFERENCE, FEW = 24, 72, 3
 """Elements per side of each contact, and of the ones that stand for the truth; balls of the bearings that are compared."""
+CERAMIC = {"youngs_modulus_GPa": 315.0, "poisson_ratio": 0.26, "density_kg_m3": 3200.0}
 EXCUSE = "gyroscopic moment"
 """In the reasons of balls that friction does not hold."""
 LOAD_SHARE = 1e-3
@@ -30,7 +31,8 @@ OF_CONTACTS = ("normal_N", "contact_angle_deg", "spin_to_roll", "creepage_longit
 
 def random_bearing(seed: int, grid: int = GRID) -> Case:
     """The bearing of `seed`, always the same: balls of 3 to 30 mm, up to 400,000 mm/min (d_m n), dry or nearly lubricated,
-    under thrust or combined loads from light to heavy, angular contact or a deep groove, either ring turning."""
+    under thrust or combined loads from light to heavy, angular contact or a deep groove, either ring turning; a third has
+    ceramic balls and turns up to four times as fast, a third carries a hundredth of the load, or hardly has friction."""
     rng = np.random.default_rng([67, seed])
     ball = float(10.0 ** rng.uniform(0.5, 1.5))
     inner, outer = rng.uniform(0.505, 0.56, 2).tolist()
@@ -47,11 +49,19 @@ def random_bearing(seed: int, grid: int = GRID) -> Case:
             load["moment_Nm"] = float(rng.uniform(-5e-5, 5e-5)) * whole * pitch
     contact: dict[str, Any] = {"contact_angle_deg": angle} if angle else {
         "clearance_um": float(rng.uniform(0.0, 10.0)) * ball * (inner + outer - 1.0)}
+    friction, material = float(10.0 ** rng.uniform(-1.5, -0.5)), {"youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3}
+    bodies: dict[str, Any] = material
+    if rng.random() < 1.0 / 3.0:
+        bodies, speed = {"lower": material, "upper": CERAMIC}, speed * float(rng.uniform(1.0, 4.0))
+    if rng.random() < 1.0 / 3.0:
+        if rng.random() < 0.5:
+            load = {name: 0.01 * value for name, value in load.items()}
+        else:
+            friction *= 0.02
     return Case.from_dict({
         "bearing": {"ball_diameter_mm": ball, "pitch_diameter_mm": pitch, "balls": balls, "conformity_inner": inner,
                     "conformity_outer": outer, turning: speed, "load": load, **contact},
-        "load": {"friction_coefficient": float(10.0 ** rng.uniform(-1.5, -0.5))},
-        "material": {"youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3}, "numerics": {"grid": grid}})  # fmt: skip
+        "load": {"friction_coefficient": friction}, "material": bodies, "numerics": {"grid": grid}})  # fmt: skip
 
 
 def check(case: Case) -> Outcome:

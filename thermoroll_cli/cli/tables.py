@@ -85,9 +85,8 @@ def assembly_rows(
         # A row for each contact; those that are the same have one for all of them.
         same: dict[tuple[str, ...], list[str]] = {}
         for record in (contact.record for contact in result.contacts):
-            values = [record.get(name, "") for name in columns]
-            texts = (value if isinstance(value, str) else number(value, 4) for value in values[1:])
-            same.setdefault(tuple(texts), []).append(str(values[0]))
+            texts = (_with_its_error(name, record) for name in columns[1:])
+            same.setdefault(tuple(texts), []).append(str(record.get(columns[0], "")))
         shown_values = zip(*(alike(list(column)) for column in zip(*same, strict=True)), strict=True)
         sides = [columns, *((", ".join(first) if len(first) < 4 else f"{first[0]}, … {first[-1]}", *values)
                             for values, first in zip(shown_values, same.values(), strict=True))]
@@ -227,6 +226,14 @@ def _column(name: str, cells: list[str]) -> list[str]:
 
 def _width(column: list[str]) -> int:
     return 2 + max(map(len, column))
+
+
+def _with_its_error(name: str, record: Mapping[str, Any]) -> str:
+    """A value of a contact with its error, if it has one, without spaces."""
+    value, error = record.get(name, ""), record["uncertainty"].get(name, math.nan)
+    if isinstance(value, str):
+        return value
+    return with_error(value, error).replace(" ", "") if computed(error) and error else number(value, 4)
 
 
 def _with_error(name: str, row: Mapping[str, Any]) -> str:

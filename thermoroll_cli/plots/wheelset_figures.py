@@ -121,8 +121,9 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
     norm = Normalize(lowest, max(float(np.nanmax(value)) for value in values))
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
     panels = figure.subplots(1, len(shown), squeeze=False, width_ratios=widths)[0]
-    # Of both axes, which have one scale.
-    step = MaxNLocator(10, steps=[1, 2, 5, 10]).tick_values(0.0, max(height, 0.7 * max(widths)))[1]
+    # Labels across take more room than those along: at least so many mm from tick to tick.
+    across, along = (MaxNLocator(max(4, int(per_mm * length / room)), steps=[1, 2, 5, 10]).tick_values(0.0, length)[1]
+                     for length, room in ((max(widths), 9.0), (height, 3.0)))
     for axes, patch, (x, y, value, borders, place), box, middle in zip(
             panels, result.shown, shown, boxes, middles, strict=True):
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
@@ -134,8 +135,8 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
         draw_borders(axes, borders, place)
         axes.set(xlim=box[:2], ylim=(middle - 0.5 * height, middle + 0.5 * height), xlabel="y (mm)",
                  title=patch.name.replace("_", " "))
-        axes.xaxis.set_major_locator(MultipleLocator(step))
-        axes.yaxis.set_major_locator(MultipleLocator(step))
+        axes.xaxis.set_major_locator(MultipleLocator(across))
+        axes.yaxis.set_major_locator(MultipleLocator(along))
     on_track = result.assembly == "wheelset"
     panels[0].set_ylabel("x along travel (mm)" if on_track else "x (mm)")
     figure.colorbar(colours, ax=list(panels), label=f"{words} ({unit})", pad=0.06)

@@ -471,14 +471,14 @@ BEARING_SCALARS = _named(
     Scalar("tilt_mrad", "tilt of the inner ring, which presses ball 1 axially", listed=True, diagram="tilt (mrad)"),
     Scalar("tilt_across_mrad", "tilt of the inner ring about the radial load"),
     Scalar("cage_speed_rad_s", "speed of the cage, mean of the balls", listed=True, diagram="speed of the cage (rad/s)"),
-    Scalar("cage_speed_rpm", "the same", listed=True),
+    Scalar("cage_speed_rpm", "speed of the cage in turns per minute", listed=True),
     Scalar("torque_Nmm", "torque by the friction of the contacts, without film, cage and seals", listed=True,
            diagram="torque of friction (N mm)", brief="torque of the contacts' friction"),
     Scalar("torque_from_forces_Nmm", "the same from forces, not from heat"),
     Scalar("axial_stiffness_N_um", "axial stiffness", listed=True, diagram="axial stiffness (N/µm)"),
     Scalar("radial_stiffness_N_um", "radial stiffness", listed=True, diagram="radial stiffness (N/µm)"),
     Scalar("life_L10r_Mrev", "reference rating life after ISO/TS 16281", listed=True, diagram="life $L_{10r}$ (Mrev)"),
-    Scalar("life_L10r_h", "the same in hours, at the speed of the rings against each other", listed=True),
+    Scalar("life_L10r_h", "reference rating life in hours, at the speed of the rings against each other", listed=True),
 )  # fmt: skip
 """Scalars of a ball bearing besides `TOGETHER`."""
 

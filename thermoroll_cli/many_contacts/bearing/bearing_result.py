@@ -36,9 +36,6 @@ MOTION = "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm"
 """Numbers of a contact by which it moves."""
 FOLLOWED = 0.4
 """Part of the errors of creepages by which other scalars change: 0.3 at most in 22 random bearings, for friction saturates."""
-WIDER = 1.5
-"""Factor on estimated errors of creepages and spin, which are small differences of large speeds: without it 91 % of those of 26
-random bearings were covered, of all numbers 97.6 %."""
 BOTH_RINGS = 0.9
 """Exponent that joins the lives of both rings (Lundberg and Palmgren 1947)."""
 
@@ -191,10 +188,15 @@ def _contacts(solved: SolvedBearing) -> Iterator[Result]:
                 load = errors["normal_N"] / numbers["normal_N"]
                 own = {name: error + (load if of_kind(name) in PRESSED else share) * abs(error_scale(name, numbers))
                        for name, error in own.items()}
-            errors |= {name: WIDER * errors[name] for name in (*MOTION, "spin_to_roll") if name in errors}
             record: dict[str, Any] = {"ball": j + 1, "ring": ring, **_followed(problem, ball, ring)}
             record |= {name: numbers[name] for name in BALL_SCALARS if name in numbers and not math.isnan(numbers[name])}
-            own |= errors
+            # No better known than by the contact alone, and a product no better than its factors.
+            own |= {name: error if name in MOTION or name not in INTEGRALS else max(error, result.uncertainty.get(name, 0.0))
+                    for name, error in errors.items()}
+            if (product := "T_gamma_without_spin_N") in numbers and solved.settled is not None:
+                factors = [(f"force_{axis}_N", creepage) for axis, creepage in zip("xy", MOTION, strict=False)]
+                own[product] = max(own[product], sum(
+                    abs(numbers[force]) * own[creepage] + abs(numbers[creepage]) * own[force] for force, creepage in factors))
             record |= {"status": result.status, "uncertainty": {
                 name: float(own.get(name, math.nan)) for name in record if name not in ("ball", "ring")}}
             yield replace(result, name=f"ball_{j + 1}_{ring}", record=record,
@@ -202,10 +204,11 @@ def _contacts(solved: SolvedBearing) -> Iterator[Result]:
 
 
 def _errors(solved: SolvedBearing, numbers: Callable[[SolvedBearing], Mapping[str, float]]) -> dict[str, float]:
-    """Estimated errors of `numbers` of a bearing: their last change from grid to grid, and no less than a quarter of the one
-    before, with what is left of the conditions; 0 for places where they follow from no traction. Integrals are extrapolated,
-    and err by less than they change; but those of both contacts hold each other in balance, which shows no order."""
-    found, coarser = numbers(solved), [numbers(each) for each in solved.coarser]
+    """Estimated errors of `numbers` of a bearing: their last change from grid to grid, no less than a quarter of the one before
+    and than what the errors of the forces of all contacts do to them, with what is left of the conditions; 0 for places where
+    they follow from no traction. Integrals are extrapolated, and err by less than they change; but those of both contacts hold
+    each other in balance, which shows no order."""
+    found, coarser, doubted = numbers(solved), *([numbers(each) for each in some] for some in (solved.coarser, solved.doubted))
     if solved.settled is None:
         known = math.nan if solved.problem.balances else 0.0
         return {name: known for name in found if name not in (*INTEGRALS, "torque_Nmm")}
@@ -213,7 +216,8 @@ def _errors(solved: SolvedBearing, numbers: Callable[[SolvedBearing], Mapping[st
     for name, value in found.items():
         changes = [abs(fine[name] - coarse[name]) for coarse, fine in itertools.pairwise(coarser)]
         change = max((each / 4.0**k for k, each in enumerate(reversed(changes))), default=math.nan)
-        errors[name] = change + abs(settled[name] - value) + FLOOR * abs(value)
+        of_forces = math.hypot(*(each[name] - value for each in doubted))
+        errors[name] = max(change, of_forces) + abs(settled[name] - value) + FLOOR * abs(value)
     return errors
 
 
@@ -278,6 +282,9 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
         found = together(name, summaries, scalar.together)
         if name not in errors and not math.isnan(found[0]):
             scalars[name], errors[name] = found
+    for name in ("Q_F_W", "T_gamma_N"):  # no better known than by each contact alone
+        if name in errors:
+            errors[name] = max(errors[name], sum(contact.uncertainty[name] for contact in contacts))
     if problem.rolls and contacts:
         torque = 0.0
         for ball in solved.balls:

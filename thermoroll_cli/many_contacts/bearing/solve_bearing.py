@@ -65,8 +65,9 @@ class SolvedBearing:
     """A bearing as it was found: its `placement`, its `balls`, those alike as one, and what is wrong with it (`reason`); `left`
     is the power in W of what is left of the conditions.
 
-    `coarser` are the bearings that follow from the forces of the last three grids of its contacts, `settled` the one with
-    nothing left of its conditions; both by the slopes of its balls, and only where axes follow from tractions."""
+    `coarser` are the bearings that follow from the forces of the last three grids of its contacts, `doubted` those that follow
+    if a force or moment of all contacts with a ring is off by its estimated error, `settled` the one with nothing left of its
+    conditions; all by the slopes of its balls, and only where axes follow from tractions."""
 
     problem: BearingProblem
     placement: Placement
@@ -76,6 +77,7 @@ class SolvedBearing:
     solves: int = 0
     left: float = 0.0
     coarser: tuple[SolvedBearing, ...] = ()
+    doubted: tuple[SolvedBearing, ...] = ()
     settled: SolvedBearing | None = None
 
 
@@ -116,8 +118,11 @@ class BearingSearch:
         if not (self.problem.balances and not solved.reason and all(ball.slopes for ball in loaded)):
             return solved
         grids = min(len(self._solver(ball, ring).last[1]) for ball in loaded for ring in RINGS)
-        return replace(solved, left=sum(self._power_left(ball) for ball in loaded), settled=self._with_forces(None),
-                       coarser=tuple(self._with_forces(-n) for n in range(min(grids, 3), 0, -1)))
+        return replace(
+            solved, left=sum(self._power_left(ball) for ball in loaded), settled=self._with_forces(None),
+            coarser=tuple(self._with_forces(partial(self._on_grid, level=-n)) for n in range(min(grids, 3), 0, -1)),
+            doubted=tuple(self._with_forces(partial(self._off_by_error, of=ring, name=name))
+                          for ring in RINGS for name in WRENCH))
 
     def _by_race_control(self) -> str:
         """Place all balls with the centrifugal forces of race control; the reason if nothing holds them."""
@@ -442,13 +447,14 @@ class BearingSearch:
         arms = np.array([0.5 * self.problem.pitch_diameter, *[0.5 * self.problem.ball_diameter] * 3])
         return len(ball.members) * float(rest @ (arms * motion))
 
-    def _with_forces(self, level: int | None) -> SolvedBearing:
-        """The bearing that follows, by the slopes of its balls, from the forces on the grid `level` (−1: the last one) in place
-        of those that are extrapolated from all; None: with nothing left of its conditions."""
+    def _with_forces(self, apart_of: Callable[[Ball, RingName], dict[str, float]] | None) -> SolvedBearing:
+        """The bearing that follows, by the slopes of its balls, if the integrals of each contact are as far `apart_of` those
+        found; None: with nothing left of its conditions."""
         now = self.now
         loaded = [ball for ball in now.balls if ball.loaded]
-        apart = {ball.members: {ring: self._apart(ball, ring, level) for ring in RINGS} for ball in loaded}
-        missing = [now.rest(ball) if level is None else sum(
+        apart = {ball.members: {ring: apart_of(ball, ring) if apart_of else dict.fromkeys(INTEGRALS, 0.0) for ring in RINGS}
+                 for ball in loaded}
+        missing = [now.rest(ball) if apart_of is None else sum(
             (self._acting(ball, ring, apart[ball.members][ring]) for ring in RINGS), np.zeros(8)) for ball in loaded]
         common = None if now.common is None else _of_pockets(now, loaded, missing)[1]
         steps = {now.balls.index(ball): now.newton(ball, rest, None if common is None else common - float(ball.motion[0]))[0]
@@ -458,12 +464,16 @@ class BearingSearch:
                  if was.loaded else new for was, new in zip(now.balls, then.balls, strict=True)]
         return SolvedBearing(self.problem, then.placement, moved)
 
-    def _apart(self, ball: Ball, ring: RingName, level: int | None) -> dict[str, float]:
-        """By how much the integrals of a contact differ on the grid `level`."""
-        if level is None:
-            return dict.fromkeys(INTEGRALS, 0.0)
+    def _on_grid(self, ball: Ball, ring: RingName, level: int) -> dict[str, float]:
+        """By how much the integrals of a contact differ on the grid `level` (−1: the last one), in place of those that are
+        extrapolated from all."""
         on_grid = integrals_of(self._solver(ball, ring).last[1][level].reported.scalars)
         return {name: on_grid[name] - ball.integrals[ring][name] for name in INTEGRALS}
+
+    def _off_by_error(self, ball: Ball, ring: RingName, of: RingName, name: str) -> dict[str, float]:
+        """The estimated error of one of the integrals of the contact with the ring `of`."""
+        error = integrals_of(ball.contacts[ring].result.uncertainty)[name] if ring == of else 0.0
+        return dict.fromkeys(INTEGRALS, 0.0) | {name: error}
 
     def _acting(self, ball: Ball, ring: RingName, integrals: Mapping[str, float]) -> Array:
         """What `integrals` of a contact contribute to the conditions of its ball; forces act D/2 from its centre."""
