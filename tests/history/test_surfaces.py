@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
-from thermoroll_cli import Case, Result, solve
+from thermoroll_cli import Case, CaseError, Result, solve
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.many_contacts.history.steps import Steps
 from thermoroll_cli.problem.surface import Dent, Flat, Heights, Measured, SurfacesInContact, Wave
@@ -217,3 +218,36 @@ def test_a_rough_step_takes_few_applications() -> None:
             assert all(moment.converged for moment in moments)
             work.append(sum(moment.applications for moment in moments))
         assert work[1] < most * work[0]
+
+
+def test_stresses_below_rows_with_fields(tmp_path: Path) -> None:
+    """Before a dent comes they are those of the steady state; the result has the largest of all rows, also from its file."""
+    case = over_time(24, 0.3, 6, subsurface={"bodies": ["lower"], "layers": 12})
+    del case["history"]["distance_mm"]
+    case["history"] |= {"distance_mm": [-0.3, 0.0], "fields_every": 3}
+    steady = solve({name: table for name, table in case.items() if name != "history"})
+    dented = case | {"surface": {"lower": {"kind": "dent", "depth_um": 1.0, "radius_mm": 0.04}}}
+    result = solve(Case.from_dict(dented))
+    assert result.history is not None
+    stresses = column(result, "von_mises_max_lower_MPa")
+    assert [np.isnan(value) for value in stresses] == [False, True, True, False, True, True, False]
+    assert stresses[0] == pytest.approx(steady["von_mises_max_lower_MPa"], rel=0.01)
+    assert result["von_mises_max_lower_MPa"] == np.nanmax(stresses) > 1.02 * stresses[0]
+    assert result.uncertainty["von_mises_max_lower_MPa"] > 0.0
+    result.save(tmp_path / "dented.h5")
+    assert read_result(tmp_path / "dented.h5")["von_mises_max_lower_MPa"] == np.nanmax(stresses)
+
+
+@pytest.mark.parametrize(("changes", "key"), [
+    ({"history": {"fields_every": 0}}, "history.fields_every"), ({"subsurface": {"fields": "full"}}, "subsurface.fields"),
+    ({"thermal": {"heat": True}, "material": {
+        "conductivity_W_mK": 50.0, "expansion_um_mK": 12.0, "diffusivity_mm2_s": 13.0}}, "subsurface.thermal"),
+])  # fmt: skip
+def test_what_stresses_over_time_need(changes: dict[str, Any], key: str) -> None:
+    case = over_time(16, 0.1, 2, subsurface={"bodies": ["lower"]})
+    case["history"]["fields_every"] = 1
+    for table, keys in changes.items():
+        case[table] = case.get(table, {}) | keys
+    with pytest.raises(CaseError) as caught:
+        Case.from_dict(case)
+    assert key in [finding.key for finding in caught.value.findings]

@@ -416,6 +416,9 @@ def over_time(
                            "heat = false in [thermal], or no coatings", at_key=True)
     if not heated:
         return
+    subsurface = sections.get("subsurface")
+    if subsurface is not None and subsurface.thermal is not False:
+        yield Conflict(("subsurface", "thermal"), "stresses by heat are not computed over time", "thermal = false", at_key=True)
     thermal = sections["thermal"] or model.ThermalTable()
     if thermal.peclet == "sliding":
         yield Conflict(("thermal", "peclet"), "sources with the slip velocity are not computed over time",

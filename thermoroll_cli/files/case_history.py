@@ -35,7 +35,7 @@ from thermoroll_cli.problem.result import Result
 MOST_PLACES = 100000
 RETURNING = ("heat that recirculates comes back a revolution later, and a history does not tell the revolutions before it",
              "without it; thermal.bulk_temperature_lower_K is how warm the body enters, and history.values may change it")
-REFUSED = {**dict.fromkeys(("subsurface", "strength", "wear"), (
+REFUSED = {**dict.fromkeys(("strength", "wear"), (
     "is not computed over time", "a case without it, or without [history]")),
     "thermal.lower": RETURNING, "thermal.upper": RETURNING}
 """Tables and keys that are not computed over time, with the reason and what is allowed."""
@@ -77,6 +77,8 @@ def history_faults(
     for key, (why, allowed) in REFUSED.items():
         if value_of(sections, key):
             yield tuple(key.split(".")), why, allowed
+    if sections.get("subsurface") is not None:
+        yield from _below(sections, history)
     if history.begin and history.begin not in STATES and not history.begin.endswith(".h5"):
         yield ("history", "begin"), "is no state to begin with", BEGIN.words
     if (history.distance_mm is None) == (history.time_s is None):
@@ -99,6 +101,17 @@ def history_faults(
         yield ("history", "values"), f"{key} has {count} values for {len(places)} places", "one value for each place"
     if not uneven:
         yield from values_of(sections, history)
+
+
+def _below(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
+    """What is wrong with stresses below the surface over time: those of rows with fields, without thermal ones."""
+    if sections.get("wheelset") is not None:
+        yield ("subsurface",), "is not computed for wheelsets over time", "one contact, or a case without [history]"
+    elif not history.fields_every:
+        yield ("history", "fields_every"), "keeps no fields: stresses below the surface are those of rows with fields", (
+            "1 or more, or a case without [subsurface]")
+    if sections["subsurface"].fields != "plane":
+        yield ("subsurface", "fields"), "are not kept over time: there are the largest stresses of each row", "without it"
 
 
 def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault]:

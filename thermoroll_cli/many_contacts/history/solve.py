@@ -17,11 +17,13 @@ from thermoroll_cli.many_contacts.history.steps import Moment, Steps
 from thermoroll_cli.one_contact.refinement.error_estimates import missed_accuracy
 from thermoroll_cli.one_contact.refinement.outcome import state_of_line
 from thermoroll_cli.one_contact.refinement.plan import extent_of, grown, may_grow
+from thermoroll_cli.one_contact.refinement.subsurface_stage import scalars_below
+from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
 from thermoroll_cli.one_contact.steady_state.scalars import patches_of
 from thermoroll_cli.problem.columns import CONVERGED, Columns
-from thermoroll_cli.problem.names import PLACES, SCALARS, UNCERTAINTY, known_as, over_limit
-from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.names import PLACES, SCALARS, SUBSURFACE_SCALARS, UNCERTAINTY, known_as, over_limit, per_length
+from thermoroll_cli.problem.result import Result, State, Subsurface
 from thermoroll_cli.problem.scalar_errors import error_scale, not_reached, worst
 from thermoroll_cli.tools.arrays import Array
 from thermoroll_cli.tools.journal import Journal
@@ -151,9 +153,19 @@ class _Level:
         self._last, self._work, self._solved = moment, self._work + moment.applications, self._solved and moment.converged
         if moment.place in self.history.course.rows:
             reported = _reported(moment)
-            self.rows.append(Row(moment.place, moment.time, moment.distance, reported.scalars, self._work, self._solved,
+            scalars = {**reported.scalars, **self._below(moment)}
+            self.rows.append(Row(moment.place, moment.time, moment.distance, scalars, self._work, self._solved,
                                  reported if moment.place in self.history.course.places_of_fields else None))
             self._work, self._solved = 0, True
+
+    def _below(self, moment: Moment) -> dict[str, float]:
+        """The stresses below the surface of a row that keeps its fields; nan of the others."""
+        if self.history.problem.subsurface is None or not len(self.history.course.places_of_fields):
+            return {}
+        if moment.place not in self.history.course.places_of_fields:
+            return {name: math.nan for name in self.rows[0].scalars if name in SUBSURFACE_SCALARS}
+        found = scalars_below(moment.here, moment.state.contact, DerivedQuantities(self.history.largest))
+        return per_length(found) if self.history.problem.line else found
 
     def result(self) -> Result:
         """The result up to now."""
@@ -202,9 +214,26 @@ def _result(
                              {number: row.state for number, row in enumerate(rows) if row.state is not None})
     problem = replace(problems[-1], normal_force=last.reported.scalars["normal_N"])
     state, known = _reported(last), {name: float(error[-1]) for name, error in errors.items()}
+    below, errors_below = _largest_below(columns, errors)
+    known = {**{name: error for name, error in known.items() if name not in below}, **errors_below}
     return Result(
         problem=problem, coupled=state, isothermal=state, of_problem=of_problem[-1],
         converged=not reason, reason=reason, uncertainty=known,
         work={"grid": list(last.here.grid.sides), "extent": last.here.extent, "steps": len(rows) - 1,
               "applications": sum(row.applications for row in rows), "skipped": {}},
-        patches=tuple(patches_of(last.here, last.state.contact)), history=table, warnings=tuple(warnings))
+        patches=tuple(patches_of(last.here, last.state.contact)), history=table, warnings=tuple(warnings),
+        subsurface=Subsurface({}, below) if below else None)
+
+
+def _largest_below(columns: Mapping[str, Array], errors: Mapping[str, Array]) -> tuple[dict[str, float], dict[str, float]]:
+    """The largest stresses below the surface of all rows, their places at that row, and the errors of both."""
+    below, uncertainty = dict[str, float](), dict[str, float]()
+    for name in (name for name in columns if name in SUBSURFACE_SCALARS and "_max_" in name):
+        stress, body = name.removesuffix("_MPa").split("_max_")
+        row = int(np.nanargmax(columns[name]))
+        of_peak = [each for each in columns if each.startswith(f"{stress}_") and each.removesuffix("_mm").endswith(f"_{body}")]
+        for each in (name, *of_peak):
+            below[each] = float(columns[each][row])
+            if each in errors:
+                uncertainty[each] = float(errors[each][row])
+    return below, uncertainty

@@ -86,7 +86,8 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     sizes = (min(sides), max(sides),
              min(derived.scales.semi_axis_x, derived.scales.semi_axis_y))
     # The last level is reported, the others are for its estimates.
-    grids = [_collect(level, request, depths, sizes, thermal=bool(hot), last=level is levels[-1]) for level in levels]
+    grids = [_collect(level.here, level.contact, request, depths, sizes, thermal=bool(hot), last=level is levels[-1])
+             for level in levels]
     scalars, error = dict[str, float](), dict[str, float]()
     resolution = Resolution.of(levels[-1], scalars_by_level(levels), derived, plan)
     for body, collector in grids[-1].items():
@@ -156,12 +157,25 @@ def stresses_by_depth(
                 yield body, index, loads[body][1].elastic(*parts), next(heats[body]) if body in heats else None
 
 
+def scalars_below(discretisation: Discretisation, contact: Contact, scales: DerivedQuantities) -> dict[str, float]:
+    """The largest elastic stresses inside the bodies that the problem of `scales` asks for, and their places, of a state over
+    time: in depths of the contact of that problem."""
+    request, grid = scales.problem.subsurface, discretisation.grid
+    if request is None:
+        return {}
+    depths: dict[str, Array] = {body: depths_of(request, scales, body, heated=False) for body in request.bodies}
+    sides = (grid.dx, grid.dy)[: len(grid.sides)]
+    sizes = min(sides), max(sides), min(scales.scales.semi_axis_x, scales.scales.semi_axis_y)
+    found = _collect(discretisation, contact, request, depths, sizes, thermal=False, last=False)
+    scalars = {name: value for collector in found.values() for name, value in collector.scalars().items()}
+    return {name: value for name, value in scalars.items() if not name.startswith("elastic_")}
+
+
 def _collect(
-    level: Level, request: SubsurfaceRequest, depths: dict[str, Array], sizes: tuple[float, float, float], *, thermal: bool,
-    last: bool,
+    discretisation: Discretisation, contact: Contact, request: SubsurfaceRequest, depths: dict[str, Array],
+    sizes: tuple[float, float, float], *, thermal: bool, last: bool,
 ) -> Collectors:
     """All depths of the bodies asked for on one grid; fields are kept of the `last` one. `sizes` are those of `Collector`."""
-    discretisation, contact = level.here, level.contact
     mirrored = discretisation.derived.kinematics.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
     transforms = StressTransforms(discretisation.grid, mirrored)
     loads = surface_loads(discretisation, contact, request.bodies, thermal)
