@@ -22,6 +22,7 @@ from thermoroll_cli.problem.names import UNCERTAINTY
 from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.problem.surface import Dent, Flat, Heights, Measured, Wave
 
 GRIDS = (16, 20, 24)
 REFERENCE, SHOWN = 3, 5
@@ -78,6 +79,34 @@ def odd_course(seed: int) -> History:
                       for key, given in course.values.items()}
             course = replace(course, places=(*course.places[:at], *course.places[at:][:1], *course.places[at:]), values=values)
     return replace(history, course=replace(course, steps=[1, 2, None][int(rng.integers(3))]))
+
+
+def rough_course(seed: int) -> History:
+    """The history of `seed`, every third one of a line contact, every third one with heat, whose bodies have surfaces: waves,
+    dents, flats and random heights, as high as a part of the approach, on one body or on both."""
+    rng = np.random.default_rng([74, seed])
+    history = (random_course, line_course, warm_course)[seed % 3](seed)
+    scales, line = DerivedQuantities(history.largest).scales, history.problem.line
+    half = scales.semi_axis_x
+    approach = half**2 * history.problem.geometry.curvature_x if line else scales.approach
+
+    def surface() -> Heights:
+        height, length = approach * 10.0 ** float(rng.uniform(-2.5, -0.8)), half * float(rng.uniform(0.4, 3.0))
+        start = half * float(rng.uniform(0.0, 3.0))
+        kind = int(rng.integers(0, 4))
+        if kind == 0:
+            return Wave(height, length, 0.0 if line else float(rng.uniform(-math.pi, math.pi)), start)
+        if kind == 1 and not line:
+            depth, shoulder = height * float(rng.choice([-1.0, 1.0, 3.0])), height * float(rng.uniform(0.0, 0.5))
+            return Dent(depth, 0.5 * length, shoulder, start)
+        if kind == 2:
+            return Flat(length, length**2 / (8.0 * height), 0.2 * length, start)
+        points = rng.normal(size=(24, 1 if line else 24))
+        sides = 0.5 * half, half if line else 0.5 * scales.semi_axis_y
+        return Measured(height * points, sides, start, -12.0 * sides[1], (True, not line))
+
+    bodies = int(rng.integers(1, 4))
+    return replace(history, surfaces=(surface() if bodies & 1 else None, surface() if bodies & 2 else None))
 
 
 def _course_of(seed: int, problem: Problem) -> History:
@@ -269,7 +298,7 @@ def covered(history: History, *_: int) -> Outcome:
     sides = REFERENCE * grid[0], REFERENCE * grid[1] if grid[1] > 1 else 1
     finer = replace(history.problem, numerics=replace(
         history.problem.numerics, grid=sides, extent=float(result.work["extent"])))
-    fine = HistorySolver().solve(History(finer, replace(course, steps=REFERENCE * course.steps)))
+    fine = HistorySolver().solve(replace(history, problem=finer, course=replace(course, steps=REFERENCE * course.steps)))
     outcome = Outcome(result.converged, result.reason, work=int(result.work["applications"] / result.work["steps"]))
     if not (result.converged and fine.converged):
         return outcome

@@ -176,6 +176,7 @@ POPULATIONS = {
     "coverage of histories": Population(random_history, covered_beyond, 40, 300.0),
     "coverage over time": Population(courses.random_course, courses.covered, 40, 300.0),
     "coverage of line contacts over time": Population(courses.line_course, courses.covered, 40, 300.0),
+    "coverage of surfaces over time": Population(courses.rough_course, courses.covered, 40, 300.0),
     "coverage of heat over time": Population(courses.warm_course, courses.covered, 15, 300.0),
     "coverage of wheelsets over time": Population(wheelsets.over_time, wheelsets.covered_over_time, 40, 900.0),
     "coverage of bearings": Population(bearings.random_bearing, bearings.covered, 40, 900.0),
