@@ -688,6 +688,24 @@ def test_an_accuracy_takes_steps_where_steps_err(begin: str, forces: list[float]
     assert found.history["Q_F_W"] == pytest.approx(heats, abs=0.05 * max(heats))
 
 
+def test_unlike_bodies_go_on_from_a_file_where_they_stood() -> None:
+    """Their shear has changed the pressure, which has moved their surfaces: a history cut in two is the whole."""
+    unlike = {"lower": BALL["material"], "upper": {"youngs_modulus_GPa": 0.02, "poisson_ratio": 0.28}}
+    still = ball(material={**unlike, "youngs_modulus_GPa": None, "poisson_ratio": None}, rolling={"speed_m_s": 0.0})
+    still["history"] = {"time_s": [0, 1, 2, 3], "values": {"shift.longitudinal_um": [0, 4, 8, 12]}}
+    whole, task = solve(still), Case.from_dict(still).task
+    assert isinstance(task, History) and whole.history is not None
+    course = task.course
+    values = course.values["shift.longitudinal_um"]
+    first, second = ({"places": course.places[part], "values": {"shift.longitudinal_um": values[part]}}
+                     for part in (slice(0, 3), slice(2, 4)))
+    before = HistorySolver().solve(replace(task, course=replace(course, **first)))
+    after = HistorySolver().solve(replace(task, course=replace(course, begin=before, **second))).history
+    assert after is not None
+    limit = whole.history["friction_limit_N"][-1]
+    assert after["force_x_N"][-1] == pytest.approx(whole.history["force_x_N"][-1], abs=1e-4 * limit)
+
+
 def test_friction_may_vanish_for_a_while() -> None:
     """An oily spot: nothing is carried on it, and behind it the contact begins as from nothing."""
     spot = ball(load={"friction_coefficient": 0.4}, history={

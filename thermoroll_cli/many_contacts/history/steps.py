@@ -169,6 +169,10 @@ class Stepper:
         here = here.under(DerivedQuantities(self._still(problem, (0.0, 0.0), here.grid, 1.0), past))
         normal = here.isothermal_pressure
         traction, hardening = (nothing, nothing[0]) if begin == "pressed" else self._carried(begin, here, normal.pressure)
+        if isinstance(begin, State) and here.derived.dissimilar and np.size(begin.fields["pressure"]) == normal.pressure.size:
+            # The surfaces of unlike bodies lie where the pressure of that state, which its shear has changed, has moved them.
+            pressure = np.reshape(begin.fields["pressure"], here.grid.shape)
+            normal = replace(normal, pressure=pressure, covered=(pressure > 0.0).astype(float))
         contact = Contact(normal, Traction(
             traction, nothing, normal.contact, (0.0, 0.0), nothing[0], nothing[0], 0.0, hardening=hardening))
         return here, SteadyState(contact, 0, 0.0, True, 0, 0, 0, False, ())
