@@ -350,6 +350,15 @@ def test_expansion_under_pressure_drives_the_rings() -> None:
     assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=3e-4)
 
 
+def test_a_product_is_no_better_known_than_its_factors(combined: Result) -> None:
+    """T_γ without spin is |F_x ξ_x| + |F_y ξ_y|."""
+    for ring in ("inner", "outer"):
+        found = contact(combined, f"ball_1_{ring}")
+        known, record = found.record["uncertainty"], found.record
+        of_factors = abs(record["force_y_N"]) * known["creepage_lateral"] + abs(record["creepage_lateral"]) * known["force_y_N"]
+        assert known["T_gamma_without_spin_N"] >= of_factors > 0.0
+
+
 def test_accuracy_is_that_of_the_whole() -> None:
     content = case(**FEW | {"numerics__grid": None}, bearing__patches="plane", numerics__accuracy=0.1,
                    numerics__accuracy_of=["torque_Nmm"])
