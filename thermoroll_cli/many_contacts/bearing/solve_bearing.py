@@ -52,6 +52,8 @@ DIFFERENCE = 0.04
 SLOW, MOST_TOGETHER, MOST_IDLE = 0.7, 8, 2
 """Part that a round of all balls in turn leaves above which all move together, and how often at most; rounds in a row that
 leave as much, after which it ends."""
+CONTAINED = 2e-4
+"""What may be left, over the largest friction limit, where nothing more helps: errors contain it."""
 NEARLY = 0.01
 """Rest of a ball above which it begins again elsewhere: rounds bring it to an end from less."""
 LENIENT = 50.0
@@ -323,6 +325,8 @@ class BearingSearch:
             idle = idle + 1 if left > SLOW * before and unbalanced <= tolerance else 0
             if idle == MOST_IDLE:
                 break
+        if left <= CONTAINED and unbalanced <= tolerance and all(ball.contacts for ball in self.now.balls if ball.loaded):
+            return ""
         if left <= tolerance:
             return f"the cage found no common speed: its pockets are left with {unbalanced:.1e} of the friction limit"
         return self._unbalanced(max((ball for ball in self.now.balls if ball.contacts and ball.loaded), key=self.now.counts))
