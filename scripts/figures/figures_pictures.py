@@ -15,6 +15,7 @@ from scripts.figures.figures_drawing import (
 from thermoroll_cli import Case, solve
 from thermoroll_cli.plots.animation import draw_animation
 from thermoroll_cli.plots.pictures import figure
+from thermoroll_cli.plots.sweep_figures import sweep_figure
 
 Folder = pathlib.Path
 
@@ -62,4 +63,13 @@ def rolling_start(folder: Folder, grid: int) -> Numbers:
     return {name: rounded(max(history[name])) for name in ("force_x_N", "temperature_rise_max_lower_K")}
 
 
-FIGURES = {"rolling_start": rolling_start, "surfaces": pictures, "examples": examples}
+def dent(folder: Folder, grid: int) -> Numbers:
+    """A ball that rolls over a dent: pressure, force and stress below over the distance."""
+    history = solve(Case.read(ROOT / "cases" / "dent.toml").with_values({"numerics.grid": min(grid, 64)})).history
+    assert history is not None
+    columns = ("pressure_max_MPa", "force_x_N", "von_mises_max_lower_MPa")
+    write(sweep_figure(history, ["distance_mm"], only=columns), folder, "dent")
+    return {name: [rounded(min(history[name])), rounded(max(history[name]))] for name in columns}
+
+
+FIGURES = {"rolling_start": rolling_start, "surfaces": pictures, "examples": examples, "dent": dent}

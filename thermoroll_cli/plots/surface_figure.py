@@ -16,6 +16,8 @@ AROUND = 1.6
 """Half the width that is shown, in half-widths of the contact."""
 ALONG, ACROSS = 1200, 160
 """Points of a map."""
+SLENDER = 6.0
+"""Ratio of the sides of a map above which its scales along and across differ."""
 
 
 def surface_figure(history: Any) -> Figure | None:
@@ -28,7 +30,11 @@ def surface_figure(history: Any) -> Figure | None:
     scales, distances = DerivedQuantities(history.largest).scales, history.clock(history.course.rows)[1]
     line, (a, b), centre = history.problem.line, (scales.semi_axis_x, scales.semi_axis_y), scales.centre
     starts = history.begins_at(float(distances[0]))
-    picture = style.new_figure(style.DOUBLE, 0.5 + 1.7 * len(bodies))
+    length = 2.0 * AROUND * a + float(np.ptp(distances))
+    true_to_scale = not line and length <= SLENDER * 2.0 * AROUND * b
+    # Ticks, labels and the scale of heights take some fifth of the width.
+    tall = 0.5 + min(0.74 * style.DOUBLE * 2.0 * AROUND * b / length, 3.0) if true_to_scale else 1.7
+    picture = style.new_figure(style.DOUBLE, 0.5 + tall * len(bodies))
     axes_of = picture.subplots(len(bodies), 1, squeeze=False)[:, 0]
     for axes, (body, surface) in zip(axes_of, bodies, strict=True):
         first = starts[BODIES.index(body)][0]
@@ -40,7 +46,8 @@ def surface_figure(history: Any) -> Figure | None:
             axes.plot(5e2 * (along[1:] + along[:-1]), 1e6 * heights[:, 0], color="0.3")
             axes.set(ylabel="height (µm)", xlim=(1e3 * along[0], 1e3 * along[-1]))
         else:
-            image = axes.imshow(1e6 * heights.T, origin="lower", cmap="cividis", aspect="auto",
+            image = axes.imshow(1e6 * heights.T, origin="lower", cmap="cividis",
+                                aspect="equal" if true_to_scale else "auto",
                                 extent=(1e3 * along[0], 1e3 * along[-1], 1e3 * across[0], 1e3 * across[-1]))
             picture.colorbar(image, ax=axes, label="height (µm)")
             for place in (first, last):

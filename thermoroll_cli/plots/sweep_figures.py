@@ -165,11 +165,11 @@ def is_logarithmic(values: Column) -> bool:
 
 
 def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], over: Sequence[str]) -> bool:
-    """Whether one of the scalars is worth showing, and not 0 everywhere; a creepage or a shift if it changes, a ratio to
-    Hertz's contact if it changes and is not 1 within its error everywhere: without anything that acts back it shows the grid
-    alone."""
+    """Whether one of the scalars is worth showing, and not 0 everywhere; a creepage, a shift or a number of spots if it
+    changes, a ratio to Hertz's contact if it changes and is not 1 within its error everywhere: without anything that acts back
+    it shows the grid alone."""
     ratio = names[0].startswith(("gamma_c", "gamma_p"))
-    wanting = ratio or names[0].startswith(("creepage", "shift"))
+    wanting = ratio or names[0].startswith(("creepage", "shift", "contact_spots"))
 
     def says_nothing(name: str) -> bool:
         values, errors = finite(name, points), finite(UNCERTAINTY + name, points)
