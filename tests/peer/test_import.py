@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -313,6 +314,13 @@ def test_wheels_may_be_off_their_place_on_the_axle(tmp_path: Path) -> None:
     assert moved.rolling.speed_m_s == pytest.approx(before.rolling.speed_m_s - 0.25e-3 * omega, rel=1e-6)
     assert rolled.wheelset.roll_mrad == pytest.approx(before.wheelset.roll_mrad + 10.0, rel=1e-3)
     assert rolled.wheelset.yaw_rate_mrad_s == pytest.approx(10.0 * omega, rel=1e-3)
+    # The wheel rolls about the nominal point of its tread, which stays: (0, 750, 460) mm from the axle's middle.
+    (y, z), (y_rolled, z_rolled) = (
+        (750.0 * math.cos(roll) - 460.0 * math.sin(roll), 750.0 * math.sin(roll) + 460.0 * math.cos(roll))
+        for roll in (1e-3 * before.wheelset.roll_mrad, 1e-3 * rolled.wheelset.roll_mrad)
+    )
+    assert rolled.wheelset.lateral_shift_mm == pytest.approx(before.wheelset.lateral_shift_mm + y - y_rolled, abs=2e-3)
+    assert rolled.wheelset.height_mm == pytest.approx(before.wheelset.height_mm + z - z_rolled, abs=2e-3)
 
 
 def test_absolute_places_of_rails_are_those_of_the_gauge(tmp_path: Path) -> None:

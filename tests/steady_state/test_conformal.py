@@ -90,6 +90,14 @@ def test_a_contact_that_ends_where_the_model_ends_is_refused():
     assert heavy.returncode == 3 and "load.normal_N = 1e6: the contact reaches y = -5.498 or 5.498 mm" in heavy.stderr
 
 
+def test_the_common_surface_ends_where_the_gap_is_a_quarter_of_the_radius_along():
+    """A circle of radius R on a plane, R' = R/16 along: R - sqrt(R² - y²) = R'/4, a fifth of the width first looked at."""
+    radius, along = 0.02, 0.02 / 16.0
+    lateral = conformal_patch(Geometry(along, radius, math.inf, math.inf), (0.5, 0.5)).lateral
+    end = math.sqrt(radius**2 - (radius - 0.25 * along) ** 2)
+    assert (lateral[0], lateral[-1]) == pytest.approx((-end, end), rel=2e-3)
+
+
 def test_surfaces_too_steep_where_they_touch_are_refused():
     text = CASE.read_text().replace("lower_radius_y_mm = -6.604", "").replace("upper_radius_y_mm = 6.35", "")
     for body, slope in (("lower", 4), ("upper", -4)):

@@ -160,7 +160,7 @@ def test_a_force_needs_the_creepage_of_carter() -> None:
     (10.0, 0.0, 0.000366, 103.8), pytest.param(0.05, 0.0, 0.0004294, 103.6, marks=pytest.mark.slow),
     (0.05, -0.75, 0.0005392, 103.3),
     # All slides: half of the pressure beyond both places where the slip turns, 0.404 a off the middle.
-    pytest.param(1e-4, 0.0, 0.0005263, 103.15, marks=pytest.mark.slow)])
+    (1e-4, 0.0, 0.0005263, 103.15)])
 def test_aluminium_on_steel_after_bentall_and_johnson(
     friction: float, force: float, creepage: float, pressure: float
 ) -> None:

@@ -55,6 +55,8 @@ def test_two_regions_where_contact_finds_one_or_two():
         left, right = patches_of(facing, curved=True)
         assert left.high < left.ridges[1] == right.ridges[0] < right.low
         assert right.low - left.high > 1e-3
+        # Between them lies a ridge; beyond them, the ends of the surfaces.
+        assert (left.free_ends, right.free_ends) == ((True, False), (False, True))
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.0192, -0.03])
