@@ -74,4 +74,4 @@ def test_what_lies_between_depths_is_known_better_than_from_every_second_one() -
     problem = POPULATIONS["coverage of histories"].draw(200)
     result = solve(replace(problem, numerics=Numerics((24, 24))))
     assert result.subsurface is not None
-    assert relative(result)["shakedown_k_below_lower_MPa"] < 2.5e-3
+    assert relative(result)["shakedown_k_below_lower_MPa"] < 1.8e-3
