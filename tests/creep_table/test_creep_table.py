@@ -158,6 +158,16 @@ def test_never_above_the_bound_and_monotone_without_spin(circle: CreepForceTable
         assert total[-1] == pytest.approx(1.0, abs=2e-3)
 
 
+def test_what_slides_never_sticks_again() -> None:
+    """Along creepages without spin in one proportion γ_st falls to 0 and stays there; the splines of the shipped table
+    swing about that kink."""
+    size = np.linspace(0.0, 0.02, 801)
+    for axes in ((5.5e-3, 5.2e-3), (3e-3, 7e-3)):
+        for lateral in (0.0, 0.3, 1.0):
+            stick = CreepForceTable.default().forces(size, lateral * size, 0.0, semi_axes=axes, **STEEL).stick_fraction
+            assert np.diff(stick).max() == 0.0 == stick[-1] and stick[0] == pytest.approx(1.0)
+
+
 def test_reversal_mirror_and_units(circle: CreepForceTable) -> None:
     creepages = RNG.normal(size=(3, 50)) * 1e-3 * np.array([[1.0], [1.0], [200.0]])
     contact = {"semi_axes": (5e-3, 5e-3), **STEEL}

@@ -15,7 +15,7 @@ import pytest
 
 from tests.support import synthetic
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare
-from thermoroll_cli.files.result.export import export_csv, export_xdmf
+from thermoroll_cli.files.result.export import export_csv, export_vtu, export_xdmf
 from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result, tree_of, write_result
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
@@ -232,7 +232,30 @@ def test_xdmf_points_into_the_result_in_the_order_of_its_fields(
     np.testing.assert_allclose(xyz[..., 1], np.broadcast_to(reference.y, (20, 16)), rtol=1e-6)
 
 
-@pytest.mark.parametrize("export", [export_csv, export_xdmf])
+def test_vtu_has_the_numbers_of_the_result_at_its_places(
+    tmp_path: pathlib.Path, path: pathlib.Path, reference: Result
+) -> None:
+    (out,) = export_vtu(path, tmp_path / "a & b.vtu")
+    (piece,) = ElementTree.parse(out).getroot().findall("UnstructuredGrid/Piece")
+    arrays = {array.get("Name"): np.array((array.text or "").split(), float) for array in piece.iter("DataArray")}
+    assert (piece.get("NumberOfPoints"), piece.get("NumberOfCells")) == ("320", "285")
+    places = arrays["points"].reshape(-1, 3)
+    x, y, z = places.T
+    assert (z == 0.0).all()
+    at = np.searchsorted(reference.x, x), np.searchsorted(reference.y, y)
+    for prefix, state in (("", reference.coupled), ("isothermal_", reference.isothermal)):
+        for name, values in state.fields.items():
+            np.testing.assert_array_equal(arrays[prefix + name], values[at])
+    np.testing.assert_array_equal(arrays["shear"].reshape(-1, 3)[:, 1], reference.coupled.fields["shear_y"][at])
+    # Every cell is an element's area large, between four neighbours, in their order around it.
+    corners = places[arrays["connectivity"].astype(int).reshape(-1, 4)]
+    one, other = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    area = 0.5 * (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    np.testing.assert_allclose(area, np.diff(reference.x)[0] * np.diff(reference.y)[0], rtol=1e-9)
+    assert arrays["offsets"][-1] == 4 * 285 and (arrays["types"] == 9).all()
+
+
+@pytest.mark.parametrize("export", [export_csv, export_vtu, export_xdmf])
 def test_export_of_what_is_no_result_writes_nothing(tmp_path: pathlib.Path, export: object) -> None:
     (tmp_path / "a.h5").write_text("no")
     with pytest.raises(ResultFileError, match="not an HDF5 file"):

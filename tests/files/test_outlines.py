@@ -72,7 +72,7 @@ def test_wheels_in_a_groove_rest_on_sharp_ends_alone(tmp_path: Path) -> None:
     done = call("run", path, "-o", tmp_path, "--json")
     assert done.returncode == 4 and "meet at sharp ends alone" in json.loads(done.stdout)["reason"]
     assert call("show", path).returncode == 0
-    assert "an end of a profile" in " ".join(call("conicity", path, "-o", tmp_path).stdout.split())
+    assert "touches its rail where a profile ends" in " ".join(call("conicity", path, "-o", tmp_path).stdout.split())
 
 
 def test_closed_sections_have_a_running_surface(tmp_path: Path) -> None:

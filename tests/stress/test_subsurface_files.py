@@ -188,7 +188,7 @@ def test_stress_path_on_the_kept_plane_only(tmp_path: Path) -> None:
 
 
 def test_xdmf_shows_both_bodies(full: Path, tmp_path: Path) -> None:
-    assert call("export", full, "--format", "xdmf", "-o", tmp_path).returncode == 0
+    assert call("export", full, "--format", "xdmf", "--format", "vtu", "-o", tmp_path).returncode == 0
     grids = ElementTree.parse(tmp_path / "spheres.xdmf").getroot().findall("Domain/Grid")
     assert [grid.get("Name") for grid in grids] == ["contact", "lower body", "upper body"]
     for grid, sign in zip(grids[1:], (-1.0, 1.0), strict=True):
@@ -201,6 +201,16 @@ def test_xdmf_shows_both_bodies(full: Path, tmp_path: Path) -> None:
         with h5py.File(tmp_path / name) as file:
             assert sign * file[inside][-1, 0, 0, 2] == pytest.approx(read_result(full).bodies["lower"].depths[-1], rel=1e-6)
             assert file[inside][0, 3, 0, 0] == pytest.approx(read_result(full).x[3], rel=1e-6)
+    body = read_result(full).bodies["lower"]
+    arrays = {array.get("Name"): np.array(array.text.split(), float)
+              for array in ElementTree.parse(tmp_path / "spheres_lower.vtu").iter("DataArray")}
+    np.testing.assert_array_equal(arrays["stress_xx"], body.fields["stress_xx"].ravel())
+    corners = arrays["points"].reshape(-1, 3)[arrays["connectivity"].astype(int).reshape(-1, 8)]
+    # The last layer lies deepest, at z < 0; the volumes fill the domain.
+    assert corners[..., 2].min() == -body.depths[-1]
+    edges = np.abs(corners[:, 6] - corners[:, 0])
+    whole = np.ptp(arrays["points"].reshape(-1, 3), axis=0)
+    assert edges.prod(axis=1).sum() == pytest.approx(whole.prod(), rel=1e-9)
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from tests.support.command_line import call
 from tests.support.documents import printed
 from thermoroll_cli import CaseError, conicity
 from thermoroll_cli.exact.hertz import hertz_contact
+from thermoroll_cli.many_contacts.wheelset.conicity import CLIMBS, ENDED, _limits, _potential
 
 FOLDER = Path(__file__).parents[1] / "reference" / "conicity"
 
@@ -120,13 +121,22 @@ def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():
     found = conicity(tables(A, A), [3.0, 8.0, 9.0, 30.0])
     assert np.isnan(found.conicity).tolist() == [False, False, True, True]
     (beyond,) = [warning for warning in found.warnings if "beyond the profiles" in warning]
-    assert "from 9 mm on" in beyond
+    assert "from 9 mm on" in beyond and beyond.endswith("at most, where a flange climbs")
+    # Beyond a trough the outer wheel becomes larger with the shift as the other one does, up to the end of the rail.
+    trough = [[place, max(-0.05 * place, 0.05 * place - 1.5)] for place in np.linspace(-60.0, 60.0, 121).tolist()]
+    told = conicity(tables(trough, trough, rail=crown(300.0)), [3.0, 50.0]).warnings
+    assert any(text.endswith("mm at most, where a profile ends") for text in told), told
+    # Δr = y (1 − y²/c²) restores the wheelset up to the shift c.
+    y = np.linspace(-0.025, 0.025, 501)
+    limited = _potential(y, y * (1.0 - (y / 0.02) ** 2))
+    assert limited is not None and limited.reach == pytest.approx(0.02, abs=1e-4)
+    assert _limits(limited, {1: CLIMBS, -1: ENDED}) == ["no wheel is larger any more on the side it moves to"]
     jumps = [warning for warning in found.warnings if "jumps" in warning]
     assert len(jumps) == 2 and all("6.7" in warning for warning in jumps)
     for gamma in (0.0, 0.3):
         warnings = conicity(tables(cone(gamma), cone(gamma), rail=crown(250.0)), [3.0]).warnings
         (warning,) = [text for text in warnings if "is known down to" not in text]
-        assert ("there is no conicity" if gamma == 0.0 else "at an end of a profile") in warning
+        assert ("there is no conicity" if gamma == 0.0 else "a wheel touches its rail where a profile ends") in warning
 
 
 def test_command_writes_tables_a_picture_and_json(tmp_path):

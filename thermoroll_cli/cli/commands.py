@@ -27,7 +27,7 @@ COMMANDS = {
     "plot": ("results", "Draw the pictures of results and sweeps again."),
     "report": ("report", "Write results as one HTML file, to be sent."),
     "compare": ("results", "Compare two results."),
-    "export": ("results", "Export a result to XDMF or CSV."),
+    "export": ("results", "Export a result to XDMF, VTU or CSV."),
     "table": ("creep_table", "Build a table of creep forces, or query one."),
 }
 """The module of each command, which is a function or a group of commands of its name there, and the line about it in --help."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import gc
 import io
 import signal
@@ -66,6 +67,10 @@ def _dispatch(arguments: Sequence[str]) -> int:
         code = app(list(arguments), prog_name="thermoroll", standalone_mode=False)
     except UsageError as fault:
         message = io.StringIO()
+        if possible := getattr(fault, "possibilities", None):
+            # The parser counts the dashes, which all options have in common.
+            near = difflib.get_close_matches(fault.option_name.lstrip("-"), [name.lstrip("-") for name in possible])
+            fault.possibilities = [name for name in possible if name.lstrip("-") in near]
         fault.show(message)
         # Some versions of typer pass on what pydantic puts before a message.
         streams.note(message.getvalue().rstrip().replace(": Value error, ", ": "))

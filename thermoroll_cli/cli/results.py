@@ -14,7 +14,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, with_remarks
 from thermoroll_cli.files.result.compare import compare as compared
-from thermoroll_cli.files.result.export import export_csv, export_stress_path, export_xdmf
+from thermoroll_cli.files.result.export import export_csv, export_stress_path, export_vtu, export_xdmf
 from thermoroll_cli.files.result.outcome import read_result, read_tree
 from thermoroll_cli.problem.names import PLACES
 from thermoroll_cli.problem.result import Result
@@ -26,7 +26,7 @@ Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
 ]
 OneResult = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="Result file of thermoroll run.")]
-ExportFormat = StrEnum("ExportFormat", "xdmf csv")
+ExportFormat = StrEnum("ExportFormat", "xdmf vtu csv")
 """File types for other programs."""
 
 
@@ -205,10 +205,11 @@ def export(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Export a result to XDMF or CSV.
+    """Export a result to XDMF, VTU or CSV.
 
-    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets. With --stress-path the CSV file has the
-    stresses that a material point below the surface meets instead (NAME_stress_path.csv).
+    XDMF is for ParaView and points into the same HDF5 file; VTU, for programs that read VTK's files, stands by itself; CSV is
+    for spreadsheets. With --stress-path the CSV file has the stresses that a material point below the surface meets instead
+    (NAME_stress_path.csv).
     """
     check_no_cases([result])
     line = None
@@ -224,7 +225,8 @@ def export(
             with options.usage("--stress-path"):
                 written += export_stress_path(result, stem.with_name(f"{stem.name}_stress_path.csv"), *line)
         else:
-            written += {"xdmf": export_xdmf, "csv": export_csv}[kind.value](result, stem.with_name(f"{stem.name}.{kind}"))
+            exported = {"xdmf": export_xdmf, "vtu": export_vtu, "csv": export_csv}[kind.value]
+            written += exported(result, stem.with_name(f"{stem.name}.{kind}"))
     streams.write(*map(str, written if not quiet else ()))
 
 

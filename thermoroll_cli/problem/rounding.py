@@ -27,6 +27,10 @@ LIKELY = 2.0
 """The largest pressure of a contact over its mean over that part of it: so many standard deviations."""
 
 
+CHOSEN = 2.5
+"""Factor of what is allowed without a word where a profile is smoothed already: ± counts what is left."""
+
+
 class Rounding(NamedTuple):
     """Points `spacing` (m) apart with errors of the standard deviation `error` (m), behind a spline that leaves half of the
     amplitude of a `wavelength` (m; 0: all)."""
@@ -78,10 +82,13 @@ def rounding_warning(name: str, rounding: Rounding | None, contact_modulus: floa
                      allowed: float) -> Iterator[str]:
     """A warning if the rounding of the profile `name` may change the largest pressure of a contact of this half-width (m) by
     more than is `allowed` (Pa)."""
-    if rounding is not None and (pressure := by_rounding((rounding,), contact_modulus, half_width)) > allowed:
+    if rounding is None:
+        return
+    pressure, smoothed = by_rounding((rounding,), contact_modulus, half_width), rounding.wavelength > 0.0
+    if pressure > allowed * (CHOSEN if smoothed else 1.0):
         yield (f"the profile of the {name} has points {1e3 * rounding.spacing:.2g} mm apart that are rounded to about "
                f"{1e3 * math.sqrt(12.0) * rounding.error:.1g} mm, which changes the largest pressure by up to "
-               f"{1e-6 * pressure:.1g} MPa: give more decimals, or smoothing_mm in its table")
+               f"{1e-6 * pressure:.1g} MPa: give more decimals, or {'a larger ' if smoothed else ''}smoothing_mm in its table")
 
 
 def by_rounding(roundings: tuple[Rounding, ...], contact_modulus: float, half_width: float) -> float:

@@ -1,11 +1,11 @@
-"""Results for other programs: XDMF for ParaView and VisIt, CSV for spreadsheets."""
+"""Results for other programs: XDMF and VTU for ParaView and VisIt, CSV for spreadsheets."""
 
 from __future__ import annotations
 
 import math
 import os
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 from xml.etree import ElementTree
 
@@ -42,41 +42,128 @@ def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     Returns the files written. Raises ResultFileError if there is no result to point to, or one of a line contact, WriteError if
     `out` cannot be written.
     """
-    result, out = read_result(result_path), pathlib.Path(out)
-    if not result.assembly and not len(result.y):
-        raise ResultFileError(f"{result_path}: a line contact has no surface to show: --format csv has its curves")
+    result, out = _with_surface(result_path), pathlib.Path(out)
     hdf5 = os.path.relpath(os.path.realpath(result_path), os.path.dirname(os.path.realpath(out)))
     root, points = ElementTree.Element("Xdmf", Version="2.0"), _Points(out.with_name(f"{out.stem}_points.hdf5"), {})
     domain = ElementTree.SubElement(root, "Domain")
-    for name, contact in result.by_suffix.items():
-        inside = f"/patches/{contact.name}" if name else ""
-        where, of = f"{hdf5}:{inside}", f"{contact.name}: " if name else ""
-        for group, prefix, state in _states(contact):
-            if not prefix or contact.own_grids:
-                title = "contact without thermal deformation" if prefix else "contact"
-                grid = _add_grid(domain, of + title, (state.x.size, state.y.size), points.add(state.x, state.y, np.zeros(1)))
-            for field, values in state.fields.items():
-                _add_field(grid, prefix + field, values, f"{where}{group}/{field}")
-            for family in (family for family in ("shear", "slip") if f"{family}_x" in state.fields):
-                # Readers put components together; the third is 0.
-                shape = state.fields[f"{family}_x"].shape
-                vector = ElementTree.SubElement(grid, "Attribute", Name=prefix + family, AttributeType="Vector", Center="Node")
-                joined = ElementTree.SubElement(vector, "DataItem", ItemType="Function", Function="JOIN($0, $1, 0*$0)",
-                                                Dimensions=" ".join(map(str, (*shape, 1, 3))), NumberType="Float",
-                                                Precision="8")
-                for component in "xy":
-                    _data_item(joined, shape, np.dtype(np.float64), f"{where}{group}/{family}_{component}")
-        for body, stresses in contact.bodies.items():
-            if stresses.fields:
-                shape = next(iter(stresses.fields.values())).shape
-                grid = _add_grid(domain, f"{of}{body} body", shape,
-                                 points.add(contact.x, contact.y, SIDES[body] * stresses.depths))
-                for field, values in stresses.fields.items():
-                    _add_field(grid, field, values, f"{where}/{body}/{field}")
+    for mesh in _meshes(result):
+        grid = _add_grid(domain, mesh.title, mesh.shape, points.add(mesh.x, mesh.y, mesh.z))
+        for field, (values, inside) in mesh.fields.items():
+            _add_field(grid, field, values, f"{hdf5}:{inside}")
+        for family, components in mesh.vectors():
+            # Readers put components together; the third is 0.
+            vector = ElementTree.SubElement(grid, "Attribute", Name=family, AttributeType="Vector", Center="Node")
+            joined = ElementTree.SubElement(vector, "DataItem", ItemType="Function", Function="JOIN($0, $1, 0*$0)",
+                                            Dimensions=" ".join(map(str, (*mesh.shape, 1, 3))), NumberType="Float",
+                                            Precision="8")
+            for _, inside in components:
+                _data_item(joined, mesh.shape, np.dtype(np.float64), f"{hdf5}:{inside}")
     ElementTree.indent(root)
     save(points.path, Node(nodes=points.meshes), "points of a mesh")
     write_bytes(out, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
     return [out, points.path]
+
+
+class _Mesh(NamedTuple):
+    """Element centres at `x`, `y`, `z` (m), and every field there, (nz, nx, ny) or on a surface (nx, ny), with its place in the
+    HDF5 file; `title` for people, and `suffix` of a file of its own."""
+
+    title: str
+    suffix: str
+    x: Array
+    y: Array
+    z: Array
+    fields: dict[str, tuple[AnyArray, str]]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return next(iter(self.fields.values()))[0].shape
+
+    def vectors(self) -> Iterator[tuple[str, list[tuple[AnyArray, str]]]]:
+        """Tractions and slip, of which both components are there."""
+        for family in (f"{prefix}{name}" for prefix in ("", "isothermal_") for name in ("shear", "slip")):
+            if f"{family}_x" in self.fields:
+                yield family, [self.fields[f"{family}_{component}"] for component in "xy"]
+
+
+def _meshes(result: Result) -> Iterator[_Mesh]:
+    """The surface of every contact, with the state without thermal deformation on it or, if it has points of its own, on one of
+    its own; then its bodies with fields on all layers."""
+    for name, contact in result.by_suffix.items():
+        inside, of = (f"/patches/{contact.name}", f"{contact.name}: ") if name else ("", "")
+        surfaces: list[_Mesh] = []
+        for group, prefix, state in _states(contact):
+            if not prefix or contact.own_grids:
+                title, own = ("contact without thermal deformation", "_isothermal") if prefix else ("contact", "")
+                surfaces.append(_Mesh(of + title, name + own, state.x, state.y, np.zeros(1), {}))
+            surfaces[-1].fields.update(
+                {prefix + field: (values, f"{inside}{group}/{field}") for field, values in state.fields.items()})
+        yield from surfaces
+        for body, stresses in contact.bodies.items():
+            if stresses.fields:
+                yield _Mesh(f"{of}{body} body", f"{name}_{body}", contact.x, contact.y, SIDES[body] * stresses.depths,
+                            {field: (values, f"{inside}/{body}/{field}") for field, values in stresses.fields.items()})
+
+
+def export_vtu(result_path: Path, out: Path) -> list[pathlib.Path]:
+    """Write the fields of a result to `out` and files beside it, as text of VTK's XML format for unstructured grids, which
+    stand by themselves: NAME.vtu; NAME_isothermal.vtu where that state has points of its own; NAME_lower.vtu and NAME_upper.vtu
+    of bodies with fields on all layers; NAME_left_1.vtu of the patches of an assembly.
+
+    Points are the element centres in m, the lower body at z < 0; values are those of the result, in SI units, with 17 digits.
+    Cells, quadrilaterals or hexahedra, lie between the points. Returns the files written. Raises ResultFileError where there is
+    no surface, WriteError."""
+    path, result = pathlib.Path(out), _with_surface(result_path)
+    written = []
+    for mesh in _meshes(result):
+        target = path.with_name(f"{path.stem}{mesh.suffix}{path.suffix}")
+        write_bytes(target, ElementTree.tostring(_unstructured(mesh), encoding="utf-8", xml_declaration=True) + b"\n")
+        written.append(target)
+    return written
+
+
+def _unstructured(mesh: _Mesh) -> ElementTree.Element:
+    depth, along, across = np.meshgrid(mesh.z, mesh.x, mesh.y, indexing="ij")
+    number = np.arange(depth.size).reshape(depth.shape)
+    corners: tuple[AnyArray, ...] = (number[:, :-1, :-1], number[:, 1:, :-1], number[:, 1:, 1:], number[:, :-1, 1:])
+    if len(mesh.z) > 1:
+        # An interface has two layers, of the values above and below it: no cell lies between them.
+        thick = np.flatnonzero(np.diff(mesh.z))
+        corners = (*(corner[thick] for corner in corners), *(corner[thick + 1] for corner in corners))
+    cells = np.stack([corner.ravel() for corner in corners], axis=1)
+    root = ElementTree.Element("VTKFile", type="UnstructuredGrid", version="0.1")
+    piece = ElementTree.SubElement(ElementTree.SubElement(root, "UnstructuredGrid"), "Piece", NumberOfPoints=str(number.size),
+                                   NumberOfCells=str(len(cells)))
+    data = ElementTree.SubElement(piece, "PointData")
+    for field, (values, _) in mesh.fields.items():
+        _add_array(data, field, values.reshape(-1, 1))
+    for family, components in mesh.vectors():
+        x, y = (values.ravel() for values, _ in components)
+        _add_array(data, family, np.stack((x, y, 0.0 * x), axis=1))
+    places = np.stack([each.ravel() for each in (along, across, depth)], axis=1)
+    _add_array(ElementTree.SubElement(piece, "Points"), "points", places)
+    inside = ElementTree.SubElement(piece, "Cells")
+    count = cells.shape[1]
+    for name, values in (("connectivity", cells.reshape(-1, 1)), ("offsets", count * np.arange(1, len(cells) + 1)[:, None]),
+                         ("types", np.full((len(cells), 1), 9 if count == 4 else 12, np.int8))):  # VTK_QUAD, VTK_HEXAHEDRON
+        _add_array(inside, name, values)
+    return root
+
+
+def _add_array(parent: ElementTree.Element, name: str, values: AnyArray) -> None:
+    """`values` (n, components)."""
+    kind, form = {"i": (f"Int{8 * values.dtype.itemsize}", "%d")}.get(values.dtype.kind, ("Float64", "%.17g"))
+    array = ElementTree.SubElement(parent, "DataArray", type=kind, Name=name, NumberOfComponents=str(values.shape[1]),
+                                   format="ascii")  # fmt: skip
+    array.text = "\n".join(" ".join(form % value for value in row) for row in values.tolist())
+
+
+def _with_surface(result_path: Path) -> Result:
+    """The result in a file, which must have a surface to show."""
+    result = read_result(result_path)
+    if not result.assembly and not len(result.y):
+        raise ResultFileError(f"{result_path}: a line contact has no surface to show: --format csv has its curves")
+    return result
 
 
 class _Points(NamedTuple):

@@ -14,11 +14,10 @@ A cone has its own conicity. The conicity does not depend on e, the wavelength d
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import math
-from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -44,6 +43,8 @@ TOLD_JUMP = 1e-4
 """Jump of Δr (m) that is reported."""
 MOST_REACH = 3.0
 """Largest shift over the amplitude: a wheelset that swings about another place than the middle needs shifts beyond it."""
+BEYOND = f"no shift further than {MOST_REACH:g} amplitudes was looked at"
+"""Where a free wheelset is driven back to the middle at the furthest shift of all."""
 FLANGE, STEEPEST = 0.01, 0.05
 """Least height of a flange in m; its steepest part has inclinations that differ by this (rad)."""
 GAP_REACH = 1.5e-3
@@ -80,17 +81,22 @@ class Touch:
 
 
 Contacts = dict[SideName, Touch]
+Ends = Mapping[int, str]
+ENDED, CLIMBS = "a profile ends", "a flange climbs"
+"""Why rigid bodies have no contact that a free wheelset rolls on."""
 
 
 @dataclass(frozen=True)
 class Conicity:
     """Equivalent conicity of a wheelset on a track, in SI units: `shifts` y and the `contacts` of each, and the `conicity`
-    tan γ_e and the `wavelength` λ at the `amplitudes` A, nan where an amplitude is beyond the profiles, or no motion has it."""
+    tan γ_e and the `wavelength` λ at the `amplitudes` A, nan where an amplitude is beyond the profiles, or no motion has it;
+    `ends` says why no shift lies further in a direction (1, −1), if shifts were looked for there."""
 
     problem: WheelsetProblem
     shifts: Array
     contacts: tuple[Contacts, ...]
     amplitudes: Array
+    ends: Ends = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -197,36 +203,40 @@ def conicity_of(problem: WheelsetProblem, amplitudes: Array) -> Conicity:
     problem.refuse_slices("the equivalent conicity")
     centred = replace(problem, position=Position(), vertical=1.0, finds_roll=False)
     touching(centred)
-    known: dict[Hashable, Touch | None] = {}
+    known: dict[Hashable, Touch | str] = {}
 
-    def contacts_at(shift: float) -> Contacts | None:
+    def contacts_at(shift: float) -> Contacts | str:
         return _contacts(replace(centred, position=Position(y=shift)), known)
 
-    shifts, contacts = _followed(contacts_at, max(float(amplitudes.max()), *NEIGHBOURS))
-    found = Conicity(problem, shifts, contacts, amplitudes)
+    shifts, contacts, ends = _followed(contacts_at, max(float(amplitudes.max()), *NEIGHBOURS))
+    found = Conicity(problem, shifts, contacts, amplitudes, ends)
     return replace(found, warnings=tuple(_warnings(found)))
 
 
-def _contacts(problem: WheelsetProblem, known: dict[Hashable, Touch | None]) -> Contacts | None:
-    """Both contacts; None where one lies at an end of a profile or where a flange climbs. A wheel like the other one touches
-    at y as that does at −y: `known` keeps what was found."""
+def _contacts(problem: WheelsetProblem, known: dict[Hashable, Touch | str]) -> Contacts | str:
+    """Both contacts; `ENDED` or `CLIMBS` where one is none. A wheel like the other one touches at y as that does at −y: `known`
+    keeps what was found."""
     found: Contacts = {}
-    with contextlib.suppress(Unsolvable):
-        for side in SIDES:
+    for side in SIDES:
+        try:
             facing = problem.facing(side)
-            place = facing.rail, facing.wheel, facing.position
-            if place not in known:
-                known[place] = _touch(facing)
-            if touch := known[place]:
-                found[side] = touch
-    return found if len(found) == len(SIDES) else None
+        except Unsolvable:
+            return ENDED
+        place = facing.rail, facing.wheel, facing.position
+        if place not in known:
+            known[place] = _touch(facing)
+        touch = known[place]
+        if isinstance(touch, str):
+            return touch
+        found[side] = touch
+    return found
 
 
-def _touch(facing: Facing) -> Touch | None:
+def _touch(facing: Facing) -> Touch | str:
     gap, y = facing.gap, facing.outlines[0].y
     k = int(np.argmin(gap))
     if k in (0, len(y) - 1):
-        return None
+        return ENDED
     # Heights are chords, whose lowest place is that of a sample. The slopes are equal where the surfaces touch.
     rail, wheel = (outline.within(slice(k - 1, k + 2)) for outline in facing.outlines)
     ours, others = (outline.of(samples[1]) / outline.of(samples[0])
@@ -241,7 +251,7 @@ def _touch(facing: Facing) -> Touch | None:
     own, radius = (row[low] + (place - low) * (row[low + 1] - row[low]) for row in facing.wheel.samples[:2])
     height = np.interp(at, rail.y, rail.z)
     if own < _climbing(facing.wheel):
-        return None
+        return CLIMBS
     near = np.flatnonzero(np.abs(y - at) <= GAP_REACH)
     fitted = np.polyfit(y[near] - at, gap[near], 2)[0] if np.isfinite(gap[near]).all() and len(near) > 3 else math.nan
     slope = float(np.interp(at, rail.y, ours))
@@ -268,38 +278,38 @@ def _climbing(wheel: WheelSide) -> float:
     return float(y[flange][angle > angle.max() - STEEPEST].min())
 
 
-def _followed(contacts_at: Callable[[float], Contacts | None], amplitude: float) -> tuple[Array, tuple[Contacts, ...]]:
+def _followed(contacts_at: Callable[[float], Contacts | str], amplitude: float) -> tuple[Array, tuple[Contacts, ...], Ends]:
     """Shifts in both directions, as far as an `amplitude` (m) needs them or the profiles reach, and more of them where a
-    contact jumps; the contacts there."""
+    contact jumps; the contacts there, and why the shifts end, by direction."""
     found: dict[float, Contacts] = {}
-    ends = {1: False, -1: False}
+    ends: dict[int, str] = {}
     reach = math.ceil(amplitude / STEP) + 2
     done = -1
     while done < reach:
-        for direction in ends:
+        for direction in [way for way in (1, -1) if way not in ends]:
             for number in range(done + 1, reach + 1):
                 # Multiples of the step are the same on both sides: what is symmetric has symmetric shifts.
-                contacts = None if ends[direction] else contacts_at(direction * number * STEP)
-                if contacts is None:
-                    ends[direction] = True
+                contacts = contacts_at(direction * number * STEP)
+                if isinstance(contacts, str):
+                    ends[direction] = contacts
                     break
                 found[direction * number * STEP] = contacts
         done = reach
         places = sorted(found)
         potential = _potential(np.array(places), _difference([found[place] for place in places]))
         short = potential is None or potential.reach < amplitude + STEP
-        if short and not all(ends.values()) and reach < MOST_REACH * amplitude / STEP:
+        if short and len(ends) < 2 and reach < MOST_REACH * amplitude / STEP:
             reach = math.ceil(1.3 * reach)
     for low, high in itertools.pairwise(places):
         while high - low > JUMP_STEP and _way(found[low], found[high]) > SUSPECT * (high - low) / STEP:
             middle = 0.5 * (low + high)
             between = contacts_at(middle)
-            if between is None:
+            if isinstance(between, str):
                 break
             found[middle] = between
             low, high = (low, middle) if _way(found[low], between) > _way(between, found[high]) else (middle, high)
     places = sorted(found)
-    return np.array(places), tuple(found[place] for place in places)
+    return np.array(places), tuple(found[place] for place in places), ends
 
 
 def _difference(contacts: Sequence[Contacts]) -> Array:
@@ -315,7 +325,7 @@ def _warnings(found: Conicity) -> Iterator[str]:
     shifts, difference = found.shifts, found.radius_difference
     yield from gauge_side_warnings(found.problem)
     if not found.contacts:
-        yield "in the middle of the track a wheel touches its rail at an end of a profile, or with a flange that climbs"
+        yield f"in the middle of the track a wheel touches its rail where {found.ends[1]}"
         return
     if found._potential is None:
         yield ("the rolling radii are equal at no lateral shift at which they restore the wheelset to the middle: there is no "
@@ -335,13 +345,26 @@ def _warnings(found: Conicity) -> Iterator[str]:
     if len(beyond):
         low, high = (1e3 * end for end in found._potential.ends(found._potential.most))
         yield (f"amplitudes from {beyond.min():.3g} mm on are beyond the profiles: the wheelset swings between shifts of "
-               f"{low:.3g} and {high:.3g} mm at most, where a profile ends, a flange climbs, or no wheel is larger any more")
+               f"{low:.3g} and {high:.3g} mm at most, where {' and '.join(_limits(found._potential, found.ends))}")
     if len(between):
         span = f"{between.min():.3g} mm" if len(between) == 1 else f"{between.min():.3g} to {between.max():.3g} mm"
         yield (f"no motion has an amplitude of {span}: the wheelset swings to one side of a shift that drives it away, or "
                "around that shift with a larger amplitude")
     if abs(found._potential.middle) > STEP:
         yield f"the rolling radii are equal at a lateral shift of {1e3 * found._potential.middle:.3g} mm"
+
+
+def _limits(potential: _Potential, ends: Ends) -> list[str]:
+    """What limits the swing of a wheelset: of both directions, if they allow as much."""
+    found = []
+    for direction in (-1, 1):
+        values = potential.value[potential.number :: direction]
+        if values.max() > potential.most * (1.0 + 1e-9):
+            continue
+        # Δr restores the wheelset up to the last shift, or S is largest before.
+        at_end = np.argmax(values) == len(values) - 1
+        found.append(ends.get(direction, BEYOND) if at_end else "no wheel is larger any more on the side it moves to")
+    return list(dict.fromkeys(found))
 
 
 @dataclass(frozen=True)

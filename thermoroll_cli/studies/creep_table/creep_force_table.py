@@ -190,6 +190,8 @@ REFLECTED = np.array([1.0, -1.0, -1.0, 1.0, 1.0])
 """Signs of the columns F_x, F_y, M_z, γ_st, and |F| on its own."""
 REVERSED_X = np.array([-1.0, 1.0, 1.0, 1.0, 1.0])
 REVERSED = np.array([-1.0, -1.0, -1.0, 1.0, 1.0])
+SWING = 0.05
+"""Share that sticks below which splines swing about the kink where full sliding begins."""
 GHOSTS = 8
 """Values continued beyond an end of v or w: 3e-5 of the error at the end of the continuation is left at the last real value."""
 
@@ -276,6 +278,14 @@ class Interpolant:
         self._along_ratio = make_interp_spline(self._ratios, layers, k=min(3, count - 1)) if count > 1 else None
         self._single = None if count > 1 else (math.nan, NdBSpline(self._knots, layers[0], 3))
         self._fine: tuple[Array, Array] | None = None
+        low = high = np.stack([fill_holes(values)[3] for values in table.values])
+        for axis, length in enumerate(low.shape):
+            # Of cells between points: least and largest of all of their corners.
+            if length > 1:
+                first, second = range(length - 1), range(1, length)
+                low = np.minimum(low.take(first, axis), low.take(second, axis))
+                high = np.maximum(high.take(first, axis), high.take(second, axis))
+        self._around = low, high
 
     def __call__(self, aspect_ratio: Array, scaled: Array) -> Array:
         """`QUANTITIES` (4, n) at X ≥ 0, Y ≥ 0, Z of `scaled` (3, n), for ratios a/b (n,) or one for all (1,)."""
@@ -297,8 +307,19 @@ class Interpolant:
         share *= share * (3.0 - 2.0 * share)
         wanted = np.minimum(size + share * (out[4] - size), 1.0)
         out[:2] *= wanted / np.where(size > 0.0, size, 1.0)
-        np.clip(out[3], 0.0, 1.0, out=out[3])
+        self._bound_small(out[3], aspect_ratio, place)
         return np.asarray(out[:4])
+
+    def _bound_small(self, stick: Array, aspect_ratio: Array, place: Array) -> None:
+        """Keep the share that sticks (n,), at `place` (n, 3) on the axes, from 0 to 1, and a small one among those at the
+        points of the table around: splines across directions and spins swing there about the kink where full sliding begins."""
+        np.clip(stick, 0.0, 1.0, out=stick)
+        near = np.flatnonzero(stick < SWING)
+        low, high = self._around
+        cell = np.minimum(place[near].astype(int), np.array(low.shape[1:]) - 1)
+        ratio = np.clip(np.searchsorted(self._ratios, np.log(aspect_ratio), side="right") - 1, 0, len(low) - 1)
+        at = (np.broadcast_to(ratio, stick.shape)[near], *cell.T)
+        stick[near] = np.clip(stick[near], np.minimum(low[at], SWING), high[at])
 
     def scales_of(self, aspect_ratio: Array) -> Array:
         """X/ξ', Y/η', Z/φ' as (3, n) for many ratios a/b within the table, to 1e-4 between fine nodes."""
