@@ -22,7 +22,7 @@ from thermoroll_cli.problem.names import UNCERTAINTY
 from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
-from thermoroll_cli.problem.surface import Dent, Flat, Heights, Measured, Wave
+from thermoroll_cli.problem.surface import Dent, Flat, Heights, MeasuredHeights, Wave
 
 GRIDS = (16, 20, 24)
 REFERENCE, SHOWN = 3, 5
@@ -103,7 +103,7 @@ def rough_course(seed: int) -> History:
             return Flat(length, length**2 / (8.0 * height), 0.2 * length, start)
         points = rng.normal(size=(24, 1 if line else 24))
         sides = 0.5 * half, half if line else 0.5 * scales.semi_axis_y
-        return Measured(height * points, sides, start, -12.0 * sides[1], (True, not line))
+        return MeasuredHeights(height * points, sides, start, -12.0 * sides[1], (True, not line))
 
     bodies = int(rng.integers(1, 4))
     return replace(history, surfaces=(surface() if bodies & 1 else None, surface() if bodies & 2 else None))

@@ -41,7 +41,7 @@ from thermoroll_cli.studies.creep_table.scaling import (
     spin_angle,
     spin_coordinate,
 )
-from thermoroll_cli.studies.creep_table.table_file import RESOLUTION, Axes, read_table, write_table
+from thermoroll_cli.studies.creep_table.table_file import RESOLUTION, TableAxes, read_table, write_table
 from thermoroll_cli.tools.journal import JournalError
 from thermoroll_cli.tools.runner import Workers
 
@@ -255,7 +255,7 @@ def test_an_array_that_xarray_opens(tiny: Path) -> None:
 
 @pytest.mark.slow
 def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) -> None:
-    plan = TablePlan(Axes((0.8, 1.25), 5, 5, 5), accuracy=1e-2, checks=10)
+    plan = TablePlan(TableAxes((0.8, 1.25), 5, 5, 5), accuracy=1e-2, checks=10)
     path = tmp_path / "t.h5"
 
     class Stop(Exception):

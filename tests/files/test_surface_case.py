@@ -14,7 +14,7 @@ import pytest
 from tests.support.command_line import call
 from thermoroll_cli import Case
 from thermoroll_cli.files.case_errors import CaseError
-from thermoroll_cli.problem.surface import Dent, Flat, Measured, Sum, Wave
+from thermoroll_cli.problem.surface import Dent, Flat, MeasuredHeights, Sum, Wave
 
 BALL: dict[str, Any] = {
     "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.3},
@@ -47,7 +47,7 @@ def test_made_surfaces() -> None:
     assert lower == Wave(0.5e-6, 0.2e-3, math.pi / 2.0, 0.1e-3)
     assert upper == Sum((Dent(2e-6, 0.05e-3, side=0.01e-3), Flat(0.4e-3, 10e-3, 0.04e-3, turn=2.0 * math.pi * 10e-3)))
     (rough, other), (again, _) = (surfaces(lower=ROUGH, upper=ROUGH | {"seed": 2}) for _ in range(2))
-    assert isinstance(rough, Measured) and rough.repeats == (True, True)
+    assert isinstance(rough, MeasuredHeights) and rough.repeats == (True, True)
     np.testing.assert_array_equal(rough.heights, again.heights)
     assert not np.allclose(rough.heights, other.heights)
     texture = rough.texture

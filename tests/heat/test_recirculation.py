@@ -15,8 +15,8 @@ from thermoroll_cli.physics.heat.frictional_heat import match
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.physics.heat.recirculation import (
     RecirculatingResponse,
-    Roller,
     Track,
+    TurningBody,
     bulge_sum,
     cylinder_factor,
     entry_temperatures,
@@ -26,7 +26,7 @@ from thermoroll_cli.physics.heat.recirculation import (
 )
 from thermoroll_cli.physics.numerics.grid import Grid, peak_value
 
-DRIVE = Roller(0.03, 0.02, 1, 30.0, 45.0, 1.2e-5, 1.56e-5, 0.3, convection=3000.0)
+DRIVE = TurningBody(0.03, 0.02, 1, 30.0, 45.0, 1.2e-5, 1.56e-5, 0.3, convection=3000.0)
 
 
 # --- functions of one wavenumber ---------------------------------------------------------------------------------
@@ -129,10 +129,10 @@ def test_further_modes_of_wide_bodies_are_counted_together(loss, monkeypatch):
     grid = Grid.over((4, 24), 1e-3, 2e-3, centre=0.4e-3)
     together = Track(replace(DRIVE, width=12.0, **loss), grid)
     widest = Track(replace(DRIVE, width=1e6, **loss), grid)
-    assert widest.roller.modes(1e5, 2e-3)[0].size < 4 * recirculation.EACH_MODE
+    assert widest.body.modes(1e5, 2e-3)[0].size < 4 * recirculation.EACH_MODE
     monkeypatch.setattr(recirculation, "EACH_MODE", 10**7)
-    assert together.roller.modes(1e5, 2e-3)[0].size > 3e5
-    alone = Track(together.roller, grid)
+    assert together.body.modes(1e5, 2e-3)[0].size > 3e5
+    alone = Track(together.body, grid)
     np.testing.assert_allclose(together.temperature, alone.temperature, atol=2e-6 * alone.temperature.max())
     crown = alone.bulge - alone.bulge.mean()
     np.testing.assert_allclose(together.bulge - together.bulge.mean(), crown, atol=3e-6 * np.ptp(crown))
@@ -180,7 +180,7 @@ def bodies(case):
         free = (1 + b["nu"]) * b["alpha"]
         roller = None
         if b["Rx"] != "inf":
-            roller = Roller(b["Rx"], b["B"], 1, speed, b["k"], b["kappa"], free, b["nu"], convection=b["h"])
+            roller = TurningBody(b["Rx"], b["B"], 1, speed, b["k"], b["kappa"], free, b["nu"], convection=b["h"])
         yield HeatedBody(b["k"], free, b["kappa"], speed), roller
 
 

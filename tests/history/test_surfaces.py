@@ -15,7 +15,7 @@ from thermoroll_cli import Case, CaseError, Result, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.many_contacts.history.steps import Steps
-from thermoroll_cli.problem.surface import Dent, Flat, Heights, Measured, SurfacesInContact, Wave
+from thermoroll_cli.problem.surface import Dent, Flat, Heights, MeasuredHeights, SurfacesInContact, Wave
 
 MODULUS = 210e9 / 2.0 / (1.0 - 0.3**2)
 RADIUS = 10e-3
@@ -46,10 +46,10 @@ def column(result: Result, name: str) -> np.ndarray:
     return np.array(result.history[name])
 
 
-def ridges(amplitude: float, length: float, count: int = 64) -> Measured:
+def ridges(amplitude: float, length: float, count: int = 64) -> MeasuredHeights:
     """A wave along rolling that is measured."""
     heights = amplitude * np.cos(2.0 * np.pi * np.arange(count) / count)[:, None]
-    return Measured(heights, (length / count, 1.0), repeats=(True, False))
+    return MeasuredHeights(heights, (length / count, 1.0), repeats=(True, False))
 
 
 @pytest.mark.parametrize("surface", [
@@ -80,7 +80,7 @@ def test_shapes_are_those_that_they_are_called() -> None:
     assert flat.depth == pytest.approx(2e-6)
     assert [at(flat, u) for u in (0.0, 0.1e-3, 0.21e-3)] == pytest.approx([-2e-6, -1.5e-6, 0.0], abs=1e-12)
     heights = np.random.default_rng(1).normal(size=(30, 9))
-    measured = Measured(heights, (2e-6, 3e-6), 5e-6, -8e-6)
+    measured = MeasuredHeights(heights, (2e-6, 3e-6), 5e-6, -8e-6)
     assert at(measured, 5e-6 + 2e-6 * 7, -8e-6 + 3e-6 * 2) == pytest.approx(heights[7, 2], abs=1e-3)
     # What comes in first stands further ahead: u = 14 µm at x = s − 14 µm, and sideways by what the body has moved.
     standing = SurfacesInContact(((measured, (40e-6, 6e-6)),))
@@ -103,7 +103,7 @@ def test_ridges_along_rolling_are_a_profile() -> None:
     y = np.arange(-800, 801) * 1e-6
     heights = 0.1e-6 * np.cos(2.0 * np.pi * y / 120e-6)
     case = over_time(64, 0.6, 12)
-    surface = Measured(np.tile(heights, (4, 1)), (1e-3, 1e-6), side=-800e-6, repeats=(True, False))
+    surface = MeasuredHeights(np.tile(heights, (4, 1)), (1e-3, 1e-6), side=-800e-6, repeats=(True, False))
     over = rolled(case, upper=surface)
     shape = {name: value for name, value in case["geometry"].items() if name != "upper_radius_y_mm"}
     points = np.stack([1e3 * y, 1e3 * (heights - y**2 / (2.0 * RADIUS))], axis=1)
@@ -123,7 +123,7 @@ def test_which_body_which_period_and_what_height_do_not_matter() -> None:
     np.testing.assert_array_equal(column(rolled(case, upper=wave), "pressure_max_MPa"), pressure)
     shifted = column(rolled(case, lower=replace(wave, start=150e-6)), "pressure_max_MPa")
     np.testing.assert_allclose(shifted, pressure, rtol=1e-12)
-    level, case = Measured(np.full((8, 1), 2e-6), (1e-4, 1.0), repeats=(True, False)), over_time(48, 0.1, 1)
+    level, case = MeasuredHeights(np.full((8, 1), 2e-6), (1e-4, 1.0), repeats=(True, False)), over_time(48, 0.1, 1)
     even, smooth = rolled(case, lower=level), rolled(case)
     np.testing.assert_allclose(column(even, "pressure_max_MPa"), column(smooth, "pressure_max_MPa"), rtol=6e-5)
 
@@ -157,7 +157,7 @@ def test_exchange_mirror_and_units() -> None:
     rolling = {"speed_m_s": 1.0, "differential_slip": False}  # which the shapes do not exchange
     case, other = (over_time(20, 0.12, 4, creepage={"longitudinal": sign * 0.001, "lateral": 0.0005 * sign}, rolling=rolling)
                    for sign in (1.0, -1.0))
-    surface = Measured(1e-7 * np.random.default_rng(2).normal(size=(40, 25)), (20e-6, 20e-6), -100e-6, -240e-6)
+    surface = MeasuredHeights(1e-7 * np.random.default_rng(2).normal(size=(40, 25)), (20e-6, 20e-6), -100e-6, -240e-6)
     result = rolled(case, lower=surface)
     exchanged = rolled(other, upper=surface)
     np.testing.assert_allclose(exchanged.fields["pressure"], result.fields["pressure"], rtol=0.0, atol=1e-6 * 2e9)
@@ -170,7 +170,7 @@ def test_exchange_mirror_and_units() -> None:
     large["geometry"] = {name: 100.0 * value for name, value in case["geometry"].items()}
     large["load"]["normal_N"] = 1e6
     large["history"]["values"] = {"load.normal_N": [1e6, 1e6]}
-    scaled = rolled(large, lower=Measured(100.0 * surface.heights, (2e-3, 2e-3), -10e-3, -24e-3))
+    scaled = rolled(large, lower=MeasuredHeights(100.0 * surface.heights, (2e-3, 2e-3), -10e-3, -24e-3))
     np.testing.assert_allclose(scaled.fields["pressure"], result.fields["pressure"], rtol=0.0, atol=1e-6 * 2e9)
 
 

@@ -12,7 +12,7 @@ from tests.support.scenes import rolling, solved, twin_disc, wheel_on_rail
 from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.one_contact.steady_state import heated_bodies
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
-from thermoroll_cli.one_contact.steady_state.heated_bodies import rollers
+from thermoroll_cli.one_contact.steady_state.heated_bodies import turning_bodies
 from thermoroll_cli.physics.heat.recirculation import Track
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
@@ -159,7 +159,7 @@ def test_a_ring_brings_heat_back_through_its_bore():
     assert math.isnan(s["warm_up_time_lower_s"]) and s["warm_up_time_upper_s"] > 0.0
     cylinder = replace(ring, geometry=Geometry(0.05, 0.1, 1.0 / (1.0 / 0.02 - 2.0 / 0.05), 0.1))
     assert DerivedQuantities(cylinder).hertz == DerivedQuantities(ring).hertz
-    around, alone = (rollers(p, 0.02)[0] for p in (ring, cylinder))
+    around, alone = (turning_bodies(p, 0.02)[0] for p in (ring, cylinder))
     assert around == replace(alone, ring=True)
     grid = DerivedQuantities(ring).grid((8, 16), 2.2)
     flux = np.ones(grid.shape)

@@ -21,7 +21,7 @@ from thermoroll_cli.one_contact.steady_state.scalars import worn_per_passage
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.service_figure import draw_service
 from thermoroll_cli.studies.worn.follow import Evolution
-from thermoroll_cli.studies.worn.outlines import Outline, flange
+from thermoroll_cli.studies.worn.outlines import WornOutline, flange
 from thermoroll_cli.studies.worn.service import depths_of, outlines_of
 from thermoroll_cli.tools.journal import JournalError
 
@@ -114,8 +114,8 @@ def test_an_outline_moves_along_its_normals(mirrored: bool) -> None:
     y, z = 0.3 * np.sin(angle), 0.3 * (1.0 - np.cos(angle))
     points = tuple(zip(y.tolist(), z.tolist(), strict=True))
     for wheel, sign in ((False, 1.0), (True, -1.0)):
-        outline = Outline.new(tuple(reversed(points)) if mirrored else points, wheel=wheel)
-        worn = Outline(outline.points, wheel, np.full(len(outline.depth), 1e-3))
+        outline = WornOutline.new(tuple(reversed(points)) if mirrored else points, wheel=wheel)
+        worn = WornOutline(outline.points, wheel, np.full(len(outline.depth), 1e-3))
         radii = np.hypot(*(np.array(worn.worn) - [0.0, 0.3]).T)
         assert radii == pytest.approx(np.full(len(radii), 0.3 - sign * 1e-3), abs=2e-7)
 

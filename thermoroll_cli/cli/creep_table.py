@@ -24,7 +24,14 @@ from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.problem.friction import FORMULAS, LAW_CONSTANTS, FormulaName, FrictionLaw
 from thermoroll_cli.studies.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.studies.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
-from thermoroll_cli.studies.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
+from thermoroll_cli.studies.creep_table.table_file import (
+    DEFAULT_ASPECTS,
+    TableAxes,
+    TableValues,
+    read_table,
+    write_csv,
+    write_table,
+)
 from thermoroll_cli.studies.sweeps.points import Axis
 from thermoroll_cli.tools.journal import ALTERNATIVES
 from thermoroll_cli.tools.runner import Workers
@@ -90,7 +97,7 @@ def build(
     counts = options.numbers(nodes, 3, "three whole numbers T,A,B", "--nodes", int)
     ratios = _values(aspect, "--aspect") if aspect else DEFAULT_ASPECTS
     with options.usage("--aspect, --nodes"):
-        plan = TablePlan(Axes(ratios, *counts), poisson, accuracy, checks)
+        plan = TablePlan(TableAxes(ratios, *counts), poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
     options.check_not_both(resume, force)
     place = Path(os.path.realpath(output)).parent  # which a link to itself has, too

@@ -106,7 +106,7 @@ class Fitted(Outcome):
         return page.Section(
             self.case.settings.title or self.name,
             [f"A fit of {', '.join(found.parameters)} to {len(found.measured)} measured points."], found.reason, found.warnings,
-            [page.Table(_values(found), ("", "value ± 95 %", "unit"), values=(1, 2))],
+            [page.ReportTable(_values(found), ("", "value ± 95 %", "unit"), values=(1, 2))],
             page.picture("fit", self._draw),
             self.case.text, page.METHOD + " The values are those of least squares; the number behind ± is their 95 % interval.",
             estimated=False)  # fmt: skip

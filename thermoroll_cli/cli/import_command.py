@@ -14,7 +14,7 @@ from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.case import Case, CaseError, Override
-from thermoroll_cli.peer.convert import Axes, Before, LeftOut, converted, without
+from thermoroll_cli.peer.convert import DeckAxes, EarlierCase, LeftOut, converted, without
 from thermoroll_cli.peer.deck import read_deck
 from thermoroll_cli.peer.reference import output_beside, reference_forces
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -28,7 +28,7 @@ class Imported(NamedTuple):
 
     number: int
     case: Case | None = None
-    axes: Axes | None = None
+    axes: DeckAxes | None = None
     reason: str = ""
     without: str = ""
 
@@ -115,13 +115,13 @@ def imported(file: Path, only: int | None = None) -> list[Imported]:
     if only is not None and only > len(cases):
         raise typer.BadParameter(f"{file} has {len(cases)} cases", param_hint="--case")
     found: list[Imported] = []
-    before: dict[tuple[int, int, int], Before] = {}
+    before: dict[tuple[int, int, int], EarlierCase] = {}
     for each in cases:
         name = f"{file.stem}_{each.number}"
         try:
             content, axes = converted(each, file, before.get(each.contact))
             found.append(Imported(each.number, Case.from_dict(content, name=name), axes, without=without(each)))
-            before[each.contact] = Before(name, axes)
+            before[each.contact] = EarlierCase(name, axes)
         except LeftOut as cause:
             found.append(Imported(each.number, reason=str(cause)))
         except CaseError as cause:

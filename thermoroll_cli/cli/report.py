@@ -67,7 +67,7 @@ Draw = Callable[[Path, tuple[str, ...]], object]
 """Writes pictures in these formats into a folder."""
 
 
-class Table(NamedTuple):
+class ReportTable(NamedTuple):
     """Cells of text. Columns `values` are never broken; columns `names` are for those who write programs."""
 
     rows: Sequence[Sequence[str]]
@@ -93,7 +93,7 @@ class Section:
     what: Sequence[str]
     failure: str = ""
     warnings: Sequence[str] = ()
-    tables: Sequence[Table] = ()
+    tables: Sequence[ReportTable] = ()
     pictures: Sequence[Picture] = ()
     case: str = ""
     method: str = METHOD
@@ -210,27 +210,27 @@ def of_history(result: Result, history: Columns, name: str) -> Section:
                    pictures=(*curves.pictures, *last.pictures))
 
 
-def _tables(result: Result) -> list[Table]:
+def _tables(result: Result) -> list[ReportTable]:
     row, both = row_of(result.summary()), result.isothermal is not result.coupled
     names = listed_scalars(row, result.problem)
     if result.assembly:
         single, sides, patches = assembly_rows(result, names, verbose=False)
         if result.kind.answer.columns:
-            beside = Table(sides[1:], sides[0], result.kind.answer.columns_title, range(len(sides[0])))
+            beside = ReportTable(sides[1:], sides[0], result.kind.answer.columns_title, range(len(sides[0])))
         else:
             of_sides = [(re.sub(", left wheel|left ", "", ASSEMBLY_SCALARS[row[0].replace("_SIDE", "_left")].meaning),
                          *row[1:], row[0]) for row in sides[1:]]  # fmt: skip
-            beside = Table(of_sides, ("both sides", "left", "right", "unit", "name"), values=(1, 2, 3), names=(4,))
+            beside = ReportTable(of_sides, ("both sides", "left", "right", "unit", "name"), values=(1, 2, 3), names=(4,))
         contact_scalars = result.kind.answer.of_contacts
-        return [Table(_rows(row, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)),
+        return [ReportTable(_rows(row, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)),
                 *([beside] if sides else []),
-                *([Table([(contact_scalars[row[0]].meaning, *row[1:], row[0]) for row in patches[1:]],
+                *([ReportTable([(contact_scalars[row[0]].meaning, *row[1:], row[0]) for row in patches[1:]],
                          (*patches[0][:-1], "unit", "name"), "Patches of contact", range(1, len(patches[0])),
                          (len(patches[0]),))] if patches else [])]  # fmt: skip
     header = ("", "value", *(("without thermal expansion",) if both else ()), "unit", "name")
     known = [name for name in PROBLEM_SCALARS | LINE_PROBLEM_SCALARS if computed(row.get(name)) and name not in names]
-    return [Table(_rows(row, names, both=both), header, values=range(1, len(header) - 1), names=(len(header) - 1,)),
-            Table(_rows(row, known, both=False), ("", "value", "unit", "name"), "Known before solving", (1, 2), (3,))]
+    return [ReportTable(_rows(row, names, both=both), header, values=range(1, len(header) - 1), names=(len(header) - 1,)),
+            ReportTable(_rows(row, known, both=False), ("", "value", "unit", "name"), "Known before solving", (1, 2), (3,))]
 
 
 def _rows(row: Mapping[str, Any], names: Iterable[str], *, both: bool) -> list[tuple[str, ...]]:
@@ -277,15 +277,15 @@ def of_conicity(found: Conicity, case: Case) -> Section:
              for place, amplitude in enumerate(record["amplitude_mm"]) if abs(amplitude - round(amplitude)) < 1e-9]
     return Section(
         case.settings.title or case.name, ["Equivalent conicity of a wheelset on its track."], warnings=found.warnings,
-        tables=[Table([(meaning, number(record[name], 4), name) for name, meaning in NUMBERS.items()], ("", "value", "name"),
-                      values=(1,), names=(2,)),
-                Table(curve, ("amplitude (mm)", "conicity", "wavelength (m)"), "At whole amplitudes", range(3))],
+        tables=[ReportTable([(meaning, number(record[name], 4), name) for name, meaning in NUMBERS.items()],
+                            ("", "value", "name"), values=(1,), names=(2,)),
+                ReportTable(curve, ("amplitude (mm)", "conicity", "wavelength (m)"), "At whole amplitudes", range(3))],
         pictures=picture("conicity", lambda path: draw_conicity(path, found, case.settings.title)), case=case.text,
         method="After EN 15302, from the difference of the rolling radii over the lateral shift of the wheelset; "
         "nothing but profiles and gauge matters.", estimated=False)  # fmt: skip
 
 
-def _columns_table(table: Columns) -> Table:
+def _columns_table(table: Columns) -> ReportTable:
     """A row for each point: the swept values and the scalars that have a diagram and change."""
     arrays = {name: numbers(column) for name, column in table.numbers.items()}
     rows = rows_of(arrays)
@@ -299,7 +299,7 @@ def _columns_table(table: Columns) -> Table:
     caption = f"The first {MOST_ROWS} of {len(rows)} points" if len(rows) > MOST_ROWS else ""
     headers = (f"{ALL_SCALARS[name].brief or ALL_SCALARS[name].meaning}"
                + (f" ({unit_of(name)})" if unit_of(name) else "") for name in varying)  # fmt: skip
-    return Table(body, (*table.label, *headers), caption, range(len(table.label) + len(varying)))
+    return ReportTable(body, (*table.label, *headers), caption, range(len(table.label) + len(varying)))
 
 
 def versions(attributes: Mapping[str, Any]) -> str:

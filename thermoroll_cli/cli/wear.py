@@ -97,7 +97,7 @@ class Worn(Outcome):
         return page.Section(
             self.case.settings.title or self.name,
             [f"Profiles that wear over {self.last['distance_km']:.5g} km, in {steps}."], self.reason,
-            tables=[page.Table([(meaning, text, unit_of(name), name) for meaning, text, name in self._values()],
+            tables=[page.ReportTable([(meaning, text, unit_of(name), name) for meaning, text, name in self._values()],
                                ("after the last step", "value", "unit", "name"), values=(1, 2), names=(3,))],
             pictures=page.picture("wear", lambda path: _draw(self.done, path)),
             case=self.case.text, method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles "

@@ -15,7 +15,7 @@ from thermoroll_cli.files.case_line import is_line
 from thermoroll_cli.files.case_table import Allowed, Table, quantity
 from thermoroll_cli.files.surface_file import MeasuredSurface, read_surface, texture_record, texture_words
 from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.problem.surface import Dent, Flat, Heights, Measured, Sum, Wave
+from thermoroll_cli.problem.surface import Dent, Flat, Heights, MeasuredHeights, Sum, Wave
 
 MOST_POINTS = 2**24
 """Points of a surface."""
@@ -178,7 +178,7 @@ def heights_of(part: SurfaceTable, body: str, radius: float, *, line: bool) -> H
         return _rough(part, start, side, line=line)
     measured = reading_of(part, body)
     across = (measured.heights.shape[1] - 1) * measured.spacing[1]
-    return Measured(measured.heights, measured.spacing, start, side - 0.5 * across, (bool(part.repeat), False))
+    return MeasuredHeights(measured.heights, measured.spacing, start, side - 0.5 * across, (bool(part.repeat), False))
 
 
 def reading_of(part: SurfaceTable, body: str) -> MeasuredSurface:
@@ -204,7 +204,7 @@ def _points(part: SurfaceTable) -> tuple[tuple[int, int], tuple[float, float]]:
     return (counts[0], counts[1]), (spacings[0], spacings[1])
 
 
-def _rough(part: SurfaceTable, start: float, side: float, *, line: bool) -> Measured:
+def _rough(part: SurfaceTable, start: float, side: float, *, line: bool) -> MeasuredHeights:
     """A self-affine surface: waves between both lengths with random phases, whose power falls like k^(−2−2H), of a profile like
     k^(−1−2H). Along its lay waves are longer."""
     counts, spacing = _points(part)
@@ -222,7 +222,7 @@ def _rough(part: SurfaceTable, start: float, side: float, *, line: bool) -> Meas
     random = np.random.default_rng(1 if part.seed is None else part.seed).random(counts)
     heights = np.fft.ifft2(size * np.exp(2j * math.pi * random)).real
     heights *= part.si("rms_um") / heights.std()
-    return Measured(heights, spacing, start, side, (True, not line))
+    return MeasuredHeights(heights, spacing, start, side, (True, not line))
 
 
 @dataclass(frozen=True)

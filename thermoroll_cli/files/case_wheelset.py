@@ -16,7 +16,7 @@ from thermoroll_cli.files.case_table import Allowed, LengthUnit, Pair, Table, pa
 from thermoroll_cli.files.profile_file import running_surface
 from thermoroll_cli.many_contacts.wheelset.curves import Points, smoothed
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
-from thermoroll_cli.many_contacts.wheelset.placement import Measured, Position, RailSide, Roller, WheelSide
+from thermoroll_cli.many_contacts.wheelset.placement import MeasuredOutline, Position, RailSide, Roller, WheelSide
 from thermoroll_cli.many_contacts.wheelset.slices import Slices
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 from thermoroll_cli.problem.problem import Problem
@@ -220,14 +220,15 @@ def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:
                      slices, angle if slices else 0.0)
 
 
-def outline_of(table: OutlineTable, *, wheel: bool) -> tuple[Points, Measured]:
+def outline_of(table: OutlineTable, *, wheel: bool) -> tuple[Points, MeasuredOutline]:
     """The outline of a rail or a `wheel` in m, mirrored, turned and smoothed as the table says, of a closed section the running
     surface; and how its points were before."""
     surface = running_surface(table.oriented[0], wheel=wheel)
     points = tuple((y / 1e3, z / 1e3) for y, z in surface)
     across, down = steps_of(surface)
     wavelength = table.si("smoothing_mm")
-    return (smoothed(points, wavelength) if wavelength else points), Measured(points, (across / 1e3, down / 1e3), wavelength)
+    measured = MeasuredOutline(points, (across / 1e3, down / 1e3), wavelength)
+    return (smoothed(points, wavelength) if wavelength else points), measured
 
 
 def slices_of(table: OutlineTable, *, wheel: bool) -> Slices | None:

@@ -40,7 +40,7 @@ class LeftOut(Exception):
 
 
 @dataclass(frozen=True)
-class Axes:
+class DeckAxes:
     """Sign from forces here (on body 2, or rails) along x and y to CONTACT's, the side of a wheel, the place (x, y) in mm
     of a single contact, whose origin here is where the bodies are closest, and the length in mm of a line contact (0: none)."""
 
@@ -56,14 +56,14 @@ class Axes:
         return [self.sign * x, self.sign * y, z]
 
 
-class Before(NamedTuple):
+class EarlierCase(NamedTuple):
     """A case that was written: its `name` and `axes`."""
 
     name: str
-    axes: Axes
+    axes: DeckAxes
 
 
-def converted(case: DeckCase, deck: Path, before: Before | None) -> tuple[Content, Axes]:
+def converted(case: DeckCase, deck: Path, before: EarlierCase | None) -> tuple[Content, DeckAxes]:
     """Tables and keys of `case` of the file `deck`, and the axes of its forces; a case over time goes on from the state of
     `before`, the one before it of the same contact, if that was written.
 
@@ -192,7 +192,7 @@ def _friction(case: DeckCase) -> Content:
     return {"load": {"friction_coefficient": kinetic + sum(size for size, _ in terms)}, "friction": table}
 
 
-def _contact(case: DeckCase, deck: Path, before: Before | None, content: Content) -> Axes:
+def _contact(case: DeckCase, deck: Path, before: EarlierCase | None, content: Content) -> DeckAxes:
     """One contact (module 3)."""
     digits, values, motion, load = case.digits, case.values, case.values["motion"], content.setdefault("load", {})
     steps, rolls = digits["T"] in (1, 2), digits["T"] in (2, 3)
@@ -215,7 +215,7 @@ def _contact(case: DeckCase, deck: Path, before: Before | None, content: Content
     else:
         content["geometry"] |= {"lower_radius_y_mm": math.inf, "upper_radius_y_mm": 0.5 / across_2}
         load |= {"normal_N": motion["FN"]} if digits["N"] else {"approach_um": 1e3 * (motion["FN"] - least)}
-    axes = Axes(-1.0 if backwards else 1.0, place=place, length=length)
+    axes = DeckAxes(-1.0 if backwards else 1.0, place=place, length=length)
     distance = rolling["DQ"]
     if steps:
         before = _going_on(case, before)
@@ -284,7 +284,7 @@ def _shape(case: DeckCase) -> tuple[float, float, float, float, tuple[float, flo
     return 0.0, scale * float(elliprd(0.0, b, a)) / 3.0, scale * float(elliprd(0.0, a, b)) / 3.0, 0.0, (0.0, 0.0)
 
 
-def _motion(case: DeckCase, axes: Axes, distance: float, content: Content) -> None:
+def _motion(case: DeckCase, axes: DeckAxes, distance: float, content: Content) -> None:
     """Creepages, and forces in place of them; without a `distance` the slip happens at rest (`_history`)."""
     digits, motion, load, (x, y) = case.digits, case.values["motion"], content["load"], axes.place
     _leave_out(
@@ -317,7 +317,7 @@ def _load_at(content: Content) -> float:
     return float((1e-3 * content["load"]["approach_um"] / unit) ** 1.5)
 
 
-def _history(case: DeckCase, distance: float, before: Before | None, content: Content) -> None:
+def _history(case: DeckCase, distance: float, before: EarlierCase | None, content: Content) -> None:
     """One step of a contact over time, from nothing or from the state of the case before."""
     motion, given = case.values["motion"], (case.digits["F"] >= 1, case.digits["F"] == 2)
     history: Content = {"steps": 1, "begin": f"{before.name}.h5" if before else "pressed"}
@@ -335,7 +335,7 @@ def _history(case: DeckCase, distance: float, before: Before | None, content: Co
     content["history"] = history
 
 
-def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Content) -> Axes:
+def _wheelset(case: DeckCase, deck: Path, before: EarlierCase | None, content: Content) -> DeckAxes:
     """A wheel on a rail or a roller (module 1). One that travels backwards is turned about the vertical: it is then a wheel of
     the other side."""
     digits, values = case.digits, case.values
@@ -418,7 +418,7 @@ def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Conten
         "differential_slip": kind in (3, 4),
     }
     content.setdefault("load", {})
-    axes = Axes(turned, side, (turned * place["S"], 0.0))
+    axes = DeckAxes(turned, side, (turned * place["S"], 0.0))
     if digits["T"] in (1, 2):
         before = _going_on(case, before)
         distance, element = values["grid"]["DX"] * values["grid"]["DQREL"], values["grid"]["DX"]
@@ -436,7 +436,7 @@ def _wheelset(case: DeckCase, deck: Path, before: Before | None, content: Conten
     return axes
 
 
-def _going_on(case: DeckCase, before: Before | None) -> Before | None:
+def _going_on(case: DeckCase, before: EarlierCase | None) -> EarlierCase | None:
     """The case before whose state this one over time goes on from; None if it begins from nothing."""
     first = case.digits["P"] == 2 or case.number == 1
     _leave_out(

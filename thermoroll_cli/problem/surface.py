@@ -148,7 +148,7 @@ class Sum:
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredHeights:
     """`heights` (n, m) in m at points `spacing` (m) apart along u and y, joined by a spline. The first one lies at u = `start`,
     y = `side`. Where it `repeats` (along, across) it comes again and again; else the body is smooth beyond its ends. One column
     is the same at all y."""

@@ -51,7 +51,7 @@ Errors = dict[str, Array]
 
 
 @dataclass(frozen=True)
-class Row(When):
+class ReportedMoment(When):
     """A state of a history as tables have it: scalars, the `applications` since the row before, whether all steps since then
     were solved, and with its fields the `state`."""
 
@@ -72,7 +72,8 @@ def over_rows(places: Array, known: Array, difference: Array, alike: Array | Non
 
 
 def errors_of_rows(
-    history: History, rows: Sequence[Row], coarser: Sequence[Row], sides: tuple[float, float], interpolated: float = 0.0
+    history: History, rows: Sequence[ReportedMoment], coarser: Sequence[ReportedMoment], sides: tuple[float, float],
+    interpolated: float = 0.0
 ) -> Errors:
     """Estimated errors of the scalars of all `rows` on elements of the `sides` (m), from those of `coarser` elements and steps
     at the same places; the first state has lost the share `interpolated` of its force between two grids."""
@@ -88,8 +89,8 @@ class _Compared:
     """The `rows` of a history beside the `coarser` ones."""
 
     history: History
-    rows: Sequence[Row]
-    coarser: Sequence[Row]
+    rows: Sequence[ReportedMoment]
+    coarser: Sequence[ReportedMoment]
     sides: tuple[float, float]
     interpolated: float
 
@@ -121,7 +122,7 @@ class _Compared:
         return [i for i, row in enumerate(self.rows) if row.place in self._other]
 
     @cached_property
-    def _other(self) -> dict[float, Row]:
+    def _other(self) -> dict[float, ReportedMoment]:
         return {row.place: row for row in self.coarser}
 
     def of_coarser(self, name: str) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from thermoroll_cli.many_contacts.history.course import History, OverTime, When
 from thermoroll_cli.many_contacts.history.history_plan import MOST_STEPS, check, grids_of, places_of, warnings_of
 from thermoroll_cli.many_contacts.history.kept_steps import KeptSteps
-from thermoroll_cli.many_contacts.history.row_errors import Row, errors_of_rows, scalars_of_problem
+from thermoroll_cli.many_contacts.history.row_errors import ReportedMoment, errors_of_rows, scalars_of_problem
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
 from thermoroll_cli.one_contact.refinement.error_estimates import missed_accuracy
 from thermoroll_cli.one_contact.refinement.outcome import state_of_line
@@ -140,9 +140,9 @@ class _Level:
     share `interpolated` of its force between the grids."""
 
     history: History
-    coarser: Sequence[Row]
+    coarser: Sequence[ReportedMoment]
     warnings: Sequence[str]
-    rows: list[Row] = field(default_factory=list)
+    rows: list[ReportedMoment] = field(default_factory=list)
     interpolated: float = 0.0
     _last: Moment | None = None
     _work: int = 0
@@ -154,7 +154,7 @@ class _Level:
         if moment.place in self.history.course.rows:
             reported = _reported(moment)
             scalars = {**reported.scalars, **self._below(moment)}
-            self.rows.append(Row(moment.place, moment.time, moment.distance, scalars, self._work, self._solved,
+            self.rows.append(ReportedMoment(moment.place, moment.time, moment.distance, scalars, self._work, self._solved,
                                  reported if moment.place in self.history.course.places_of_fields else None))
             self._work, self._solved = 0, True
 
@@ -200,7 +200,7 @@ def _reported(moment: Moment) -> State:
 
 
 def _result(
-    history: History, rows: Sequence[Row], last: Moment, errors: Mapping[str, Array], warnings: Sequence[str]
+    history: History, rows: Sequence[ReportedMoment], last: Moment, errors: Mapping[str, Array], warnings: Sequence[str]
 ) -> Result:
     """The state of the `last` moment with the columns of all `rows`; it has converged if every step was solved."""
     problems = [history.problem_at(row.place) for row in rows]

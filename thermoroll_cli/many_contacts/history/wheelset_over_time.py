@@ -197,7 +197,7 @@ class _Patches:
         """Those of the patches that bear the wheelset."""
         for patch in self.patches:
             patch.used = False
-        return [self._near(side, bearing.patch) for side, bearing in loaded]
+        return [self._near(side, carrying.patch) for side, carrying in loaded]
 
     def _near(self, side: SideName, patch: PatchSurface) -> _PatchOverTime:
         """The patch nearest to a place on a side that is not in use already."""
@@ -223,9 +223,9 @@ class _Patches:
             except NoHeight:
                 continue
             motion = replace(problem.motion, angular_velocity=0.0)
-            loaded = [(side, bearing) for side, bearings in standing.bearings.items() for bearing in bearings]
-            for patch, (side, bearing) in zip(self.of(loaded), loaded, strict=True):
-                one = problem_of_patch(problem.contact, bearing, motion if side == "right" else motion.mirrored)
+            loaded = [(side, carrying) for side, patches in standing.carrying.items() for carrying in patches]
+            for patch, (side, carrying) in zip(self.of(loaded), loaded, strict=True):
+                one = problem_of_patch(problem.contact, carrying, motion if side == "right" else motion.mirrored)
                 patch.hold(DerivedQuantities(_moved(one, patch.shift)))
 
     def afresh(self, shape: tuple[int, int], extent: float) -> _Patches:
@@ -331,7 +331,7 @@ def _result(
     last = rows[places.tolist()[-1]]
     before = coarser.get(last.place)
     patches = tuple(replace(patch, result=replace(patch.result, uncertainty=_errors_of_patch(
-        patch.side, patch.bearing.patch.y, patch.result, before))) for patch in last.solved.patches)
+        patch.side, patch.carrying.patch.y, patch.result, before))) for patch in last.solved.patches)
     found = result_of(replace(last.solved, patches=patches), tuple(warnings))
     return replace(found, converged=not reason, reason=reason, history=table,
                    uncertainty={**found.uncertainty, **{name: float(error[-1]) for name, error in errors.items()}},
@@ -341,7 +341,7 @@ def _result(
 def _errors_of_patch(side: SideName, y: float, result: Result, before: _Solved | None) -> dict[str, float]:
     """Errors of the scalars of a patch at the last row, from the patch there on the coarser grid; nan without one."""
     mine = [patch for patch in before.solved.patches if patch.side == side] if before else []
-    near, scalars = same_patch(mine, y, lambda patch: patch.bearing.patch.y), result.coupled.scalars
+    near, scalars = same_patch(mine, y, lambda patch: patch.carrying.patch.y), result.coupled.scalars
     other = near.result.coupled.scalars if near else dict.fromkeys(scalars, math.nan)
     return {name: SAFETY * abs(value - other[name]) + FLOOR * error_scale(name, result.numbers)
             for name, value in scalars.items()}

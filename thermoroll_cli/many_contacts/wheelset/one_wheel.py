@@ -51,15 +51,15 @@ def deepest(facing: Facing) -> float:
 
 class NoHeight(ArithmeticError):
     """Wheels carry their force at no height: the largest force is `largest` (N), at the height `z` (m), with the patches
-    `bearings` of all of them."""
+    that are `carrying` it."""
 
-    def __init__(self, largest: float, z: float, bearings: Sequence[Bearing]) -> None:
+    def __init__(self, largest: float, z: float, carrying: Sequence[CarryingPatch]) -> None:
         super().__init__(f"the largest vertical force at any height is {largest:.4g} N")
-        self.largest, self.z, self.bearings = largest, z, bearings
+        self.largest, self.z, self.carrying = largest, z, carrying
 
 
 @dataclass(frozen=True)
-class Bearing:
+class CarryingPatch:
     """A patch that carries `load` (N) with an approach `sunk` (m): its overlap less the displacement by its neighbours.
     `vertical` is the vertical force over the load, `over_coarse` the approach over that of the coarse grid, as they are
     known from a fine grid; without one, as without friction."""
@@ -101,7 +101,9 @@ class WheelOnRail:
         before, self._joined, self._indentations = self._joined, JOINED, []
         return not before
 
-    def bearings(self, facing: Facing, lowered: float, solved: Sequence[Bearing], within: float = BALANCED) -> list[Bearing]:
+    def carrying(
+        self, facing: Facing, lowered: float, solved: Sequence[CarryingPatch], within: float = BALANCED
+    ) -> list[CarryingPatch]:
         """The patches that carry load when the wheel of `facing` is lower by this height (m), with what is known of them from
         those that were `solved`.
 
@@ -130,7 +132,7 @@ class WheelOnRail:
                 break
             stiffness = STIFFENING * self._loads / np.where(sunk > 0.0, sunk, 1.0)
             apart = apart - np.linalg.solve(np.eye(len(overlap)) + by_others * stiffness, missed)
-        return [Bearing(indentation.patch, float(load), float(depth), *ratios)
+        return [CarryingPatch(indentation.patch, float(load), float(depth), *ratios)
                 for indentation, load, depth, ratios in zip(self._indentations, self._loads, sunk, known, strict=True)
                 if load > 0.0]
 
@@ -161,20 +163,20 @@ def same_patch(patches: Iterable[Found], y: float, place: Callable[[Found], floa
     return None if near is None or abs(place(near) - y) >= SAME_PATCH else near
 
 
-def _known(patch: PatchSurface, solved: Sequence[Bearing]) -> tuple[float, float]:
-    """Vertical force over the load, and approach over that of the coarse grid, of the bearing nearest to a patch; without one
+def _known(patch: PatchSurface, solved: Sequence[CarryingPatch]) -> tuple[float, float]:
+    """Vertical force over the load, and approach over that of the coarse grid, of the nearest of those `solved`; without one
     near it, as without friction."""
-    near = same_patch(solved, patch.y, lambda bearing: bearing.patch.y)
+    near = same_patch(solved, patch.y, lambda carrying: carrying.patch.y)
     level = math.cos(patch.angle) * math.cos(patch.position.tilt)
     return (level, 1.0) if near is None else (near.vertical, near.over_coarse)
 
 
-Placed = tuple[WheelOnRail, Facing, Sequence[Bearing]]
+Placed = tuple[WheelOnRail, Facing, Sequence[CarryingPatch]]
 """A wheel at its place except for its height, and what is known of its patches."""
 
 
 def height_of(wheels: Sequence[Placed], vertical: float, start: float | None,
-              within: float) -> tuple[float, list[list[Bearing]]]:
+              within: float) -> tuple[float, list[list[CarryingPatch]]]:
     """Lowering (m) with which `wheels` together carry the `vertical` force (N), and the patches of each there; `start` is a
     guess, from first contact on. The force is met `within` a share.
 
@@ -189,17 +191,17 @@ def height_of(wheels: Sequence[Placed], vertical: float, start: float | None,
     largest, highest, there, counts = -math.inf, root.place, [], {True: [0] * len(wheels), False: [0] * len(wheels)}
     for _ in range(HEIGHT_ROUNDS):
         z = root.place
-        bearings = [wheel.bearings(facing, z, solved, within) for wheel, facing, solved in wheels]
-        force = sum(bearing.load * bearing.vertical for patches in bearings for bearing in patches)
+        carrying = [wheel.carrying(facing, z, solved, within) for wheel, facing, solved in wheels]
+        force = sum(patch.load * patch.vertical for patches in carrying for patch in patches)
         if force > largest:
-            largest, highest, there = force, z, [bearing for patches in bearings for bearing in patches]
-        counts[force > vertical] = [len(patches) for patches in bearings]
+            largest, highest, there = force, z, [patch for patches in carrying for patch in patches]
+        counts[force > vertical] = [len(patches) for patches in carrying]
         jumps = root.width < within * (z - first)
         if jumps and any([wheel.join() for (wheel, _, _), above, below in zip(wheels, counts[True], counts[False], strict=True)
                           if 0 < above < below]):
             return height_of(wheels, vertical, z - first, within)
         if abs(force - vertical) <= within * vertical or (jumps and largest > vertical):
-            return z, bearings
+            return z, carrying
         if jumps:
             break
         root.move(math.copysign(abs(force) ** (2.0 / 3.0), force) - power)

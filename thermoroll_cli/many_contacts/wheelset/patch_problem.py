@@ -14,7 +14,7 @@ import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.curves import STEP, curve
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
-from thermoroll_cli.many_contacts.wheelset.one_wheel import Bearing
+from thermoroll_cli.many_contacts.wheelset.one_wheel import CarryingPatch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import CLOSE, PatchSurface, nearest
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName
 from thermoroll_cli.problem.curved_patch import CurvedPatch
@@ -32,9 +32,9 @@ VIRTUAL = 0.55
 """Overlap of the virtual patch over the approach."""
 
 
-def slip_on(bearing: Bearing, motion: MotionOfWheelset) -> Slip:
+def slip_on(carrying: CarryingPatch, motion: MotionOfWheelset) -> Slip:
     """The rigid motion over a patch of a right wheel; its place lies on the wheel's undeformed surface."""
-    patch = bearing.patch
+    patch = carrying.patch
     normal = directions(patch.angle)[2]
     deep = patch.overlap[0] * normal
     slip = Slip(motion, patch.position, patch.facing.wheel.radius, tuple((patch.place + deep).tolist()), tuple(deep.tolist()))
@@ -46,11 +46,11 @@ def slip_on(bearing: Bearing, motion: MotionOfWheelset) -> Slip:
     return replace(slip, motion=replace(motion, vertical=motion.vertical + closing))
 
 
-def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelset) -> Problem:
+def problem_of_patch(contact: Problem, carrying: CarryingPatch, motion: MotionOfWheelset) -> Problem:
     """`contact` with the geometry, the load and the creepages of a patch of a right wheel."""
-    patch = bearing.patch
+    patch = carrying.patch
     s, lowest, x_lowest, fitted = patch.table
-    slip = slip_on(bearing, motion)
+    slip = slip_on(carrying, motion)
     c_x, c_s, c_phi = creepages(slip, np.array(slip.place), patch.angle)
     angle = patch.inclination(s)
     turned = angle - patch.angle
@@ -62,8 +62,8 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     slips = -w[:, 0] + c_x - c_phi * lateral, -along_s + c_s * np.cos(turned), spin - c_phi * np.cos(turned)
     if not patch.curved:
         slips = (np.zeros(len(s)),) * 3
-    # An approach closes the gap by its part along the normal: that of the bearing must lead to the gap at its height.
-    lowest = lowest + patch.overlap[0] - bearing.sunk * (1.0 - np.cos(turned))
+    # An approach closes the gap by its part along the normal: that of this patch must lead to the gap at its height.
+    lowest = lowest + patch.overlap[0] - carrying.sunk * (1.0 - np.cos(turned))
     # Against the track: y = −s.
     columns = {"y": -s, "lateral": -lateral, "angle": turned, "gap_lowest": lowest, "x_lowest": -x_lowest,
                "curvature": 2.0 * fitted[0], "cubic": -fitted[1], "quartic": fitted[2],
@@ -80,7 +80,8 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
                            free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)),
                            rounded=_rounded(patch))
     moving = replace(contact.motion, speed=slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
-    return replace(contact, geometry=geometry, normal_force=bearing.load, motion=moving, friction=friction_of(contact, bearing))
+    friction = friction_of(contact, carrying)
+    return replace(contact, geometry=geometry, normal_force=carrying.load, motion=moving, friction=friction)
 
 
 def _rounded(patch: PatchSurface) -> tuple[Rounding, ...]:
@@ -93,28 +94,28 @@ def _rounded(patch: PatchSurface) -> tuple[Rounding, ...]:
     return tuple(rounding for rounding in found if rounding)
 
 
-def estimated_friction(contact: Problem, bearing: Bearing, motion: MotionOfWheelset) -> tuple[float, float]:
+def estimated_friction(contact: Problem, carrying: CarryingPatch, motion: MotionOfWheelset) -> tuple[float, float]:
     """Forces of friction on the rail over the load, along and across, of a patch of a right wheel before it is solved:
 
         (F_x, F_s) = −μ W (c_x, c_s + 0.4 a c_φ)/√(c_x² + c_s² + ½ a² c_φ² + c₀²),     c₀ = μ W/(3.3 E* a²)
 
     Friction acts against the mean slip, of which c₀ makes what it is at small creepages in the linear theory (Kalker 1990) of a
     circle of the radius a = 3 W/(4 E* δ)."""
-    slip = slip_on(bearing, motion)
-    along, across, spin = creepages(slip, np.array(slip.place), bearing.patch.angle)
-    radius = 0.75 * bearing.load / (contact.contact_modulus * bearing.sunk)
-    friction = friction_of(contact, bearing).coefficient
-    linear = friction * bearing.load / (LINEAR * contact.contact_modulus * radius**2)
+    slip = slip_on(carrying, motion)
+    along, across, spin = creepages(slip, np.array(slip.place), carrying.patch.angle)
+    radius = 0.75 * carrying.load / (contact.contact_modulus * carrying.sunk)
+    friction = friction_of(contact, carrying).coefficient
+    linear = friction * carrying.load / (LINEAR * contact.contact_modulus * radius**2)
     size = math.hypot(along, across, math.sqrt(0.5) * radius * spin, linear)
     if size == 0.0:
         return 0.0, 0.0
     return -friction * along / size, -friction * (across + SPIN * radius * spin) / size
 
 
-def friction_of(contact: Problem, bearing: Bearing) -> Friction:
+def friction_of(contact: Problem, carrying: CarryingPatch) -> Friction:
     """Friction of a patch, over the inclination of the rail. Its mean is that over the pressure of Piotrowski and Kik (2008),
     whose patch is where the surfaces overlap at `VIRTUAL` of the approach, each line of rolling loaded like its overlap."""
-    patch = bearing.patch
+    patch = carrying.patch
     points = patch.facing.rail.friction
     if not points:
         return contact.friction
@@ -122,7 +123,7 @@ def friction_of(contact: Problem, bearing: Bearing) -> Friction:
     # That of the surface in which both touch, also where a patch lies in a plane.
     shares = np.interp(replace(patch, curved=True).inclination(s), *np.array(points).T)
     gap = lowest - lowest.min()
-    weights = np.maximum(VIRTUAL * bearing.sunk - gap, 0.0)
+    weights = np.maximum(VIRTUAL * carrying.sunk - gap, 0.0)
     return contact.friction.spread(-s[::-1], shares[::-1], float(np.average(shares, weights=weights)))
 
 
@@ -134,7 +135,7 @@ class SolvedPatch:
     c_x, c_s, c_φ at the centre of pressure, or at the reference place of a plane."""
 
     side: SideName
-    bearing: Bearing
+    carrying: CarryingPatch
     result: Result
     centre: tuple[float, float, float]
     angle: float
@@ -146,35 +147,35 @@ class SolvedPatch:
     @property
     def on_track(self) -> tuple[float, float, float]:
         """The centre of pressure in track axes, also on surfaces that rise; on a roller in its coordinates."""
-        position = self.bearing.patch.position
+        position = self.carrying.patch.position
         x, y, z = position.on_track(np.array(self.centre) - np.array([position.ahead, 0.0, 0.0])).tolist()
         return x, y, z
 
     @property
     def local(self) -> tuple[float, float, float]:
         """Components of the force along the track, across and into the rail at the patch."""
-        force = self.bearing.patch.position.turn.T @ np.array(self.force)
+        force = self.carrying.patch.position.turn.T @ np.array(self.force)
         along, across, normal = (float(direction @ force) for direction in directions(self.angle))
         return along, across, normal
 
     @property
-    def solved(self) -> Bearing:
-        """The bearing with the ratios that were found, for the next round."""
+    def solved(self) -> CarryingPatch:
+        """The patch with the ratios that were found, for the next round."""
         approach = 1e-6 * self.result.coupled.scalars["approach_um"]
-        return replace(self.bearing, vertical=self.force[2] / self.result.problem.normal_force,
-                       over_coarse=approach / (self.bearing.sunk / self.bearing.over_coarse))
+        return replace(self.carrying, vertical=self.force[2] / self.result.problem.normal_force,
+                       over_coarse=approach / (self.carrying.sunk / self.carrying.over_coarse))
 
     @property
     def in_profiles(self) -> tuple[float, float]:
         """y of the centre of pressure in the profiles of the rail and of the wheel, in m."""
-        facing = self.bearing.patch.facing
+        facing = self.carrying.patch.facing
         rail, wheel = (nearest(places, *self.centre[1:]) for places in (facing.rail.samples, facing.locus[1:3]))
         return float(curve(facing.rail.profile).samples[0][rail]), float(curve(facing.wheel.profile).samples[0][wheel])
 
     @property
     def rolling_radius(self) -> float:
         """Distance of the centre of pressure from the axle in m, on the undeformed wheel."""
-        facing = self.bearing.patch.facing
+        facing = self.carrying.patch.facing
         return float(facing.wheel.samples[1][nearest(facing.locus[1:3], *self.centre[1:])])
 
     @property
@@ -188,18 +189,18 @@ class SolvedPatch:
 
     def force_errors(self, load: float) -> Array:
         """Estimated errors of the forces in N, (3,) in track axes, with the relative error of the `load`."""
-        surface = self.bearing.patch
+        surface = self.carrying.patch
         across, normal = ((self.error_of("contact_force_y_N"), self.error_of("contact_force_z_N")) if surface.curved else
                           (self.error_of("force_y_N"), 0.0))
         return passed_on([self.error_of("force_x_N"), across, normal, load],
                          np.column_stack([*(surface.position.turn @ e for e in directions(surface.angle)), self.force]))
 
 
-def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, result: Result) -> SolvedPatch:
+def solved_patch(side: SideName, carrying: CarryingPatch, motion: MotionOfWheelset, result: Result) -> SolvedPatch:
     """Forces of a patch from its `result`. Those of the solver are extrapolated; its fields say where they act."""
-    patch, state = bearing.patch, result.coupled
+    patch, state = carrying.patch, result.coupled
     scalars, s = state.scalars, -state.y
-    slip = slip_on(bearing, motion)
+    slip = slip_on(carrying, motion)
     area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
     pressure, shear_x, shear_y = (np.asarray(state.fields[name]) * area for name in ("pressure", "shear_x", "shear_y"))
     load = float(pressure.sum())
@@ -223,5 +224,5 @@ def solved_patch(side: SideName, bearing: Bearing, motion: MotionOfWheelset, res
     axle = patch.position.rotation[:, 1]
     local = (creepages(slip, patch.wheel_points(at)[0] - np.array([x_centre, 0.0, 0.0]), angle) if patch.curved
              else creepages(slip, np.array(slip.place), patch.angle))
-    return SolvedPatch(side, bearing, result, tuple(centre.tolist()), angle, tuple(force.tolist()), float(axle @ moment),
+    return SolvedPatch(side, carrying, result, tuple(centre.tolist()), angle, tuple(force.tolist()), float(axle @ moment),
                        slip.power(on_wheel.sum(axis=(0, 1)), moment), local)

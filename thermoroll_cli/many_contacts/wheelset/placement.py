@@ -32,7 +32,7 @@ class Roller(NamedTuple):
     turning: float
 
 
-class Measured(NamedTuple):
+class MeasuredOutline(NamedTuple):
     """The `points` of an outline (m) before smoothing with a `wavelength` (m, 0: none), and the `steps` (m) of y and z."""
 
     points: Points
@@ -43,7 +43,7 @@ class Measured(NamedTuple):
 class Side:
     """What a rail and a wheel have in common: how their points were `measured`, which has no effect on where they lie."""
 
-    measured: Measured | None
+    measured: MeasuredOutline | None
 
     def rounding_at(self, place: tuple[float, float], reach: float) -> Rounding | None:
         """Rounding within the `reach` (m) of a place of the outline (m), if there is one."""
@@ -70,7 +70,7 @@ class RailSide(Side):
     friction: Points = ()
     origin: tuple[float, float] | None = None
     roller: Roller | None = None
-    measured: Measured | None = None
+    measured: MeasuredOutline | None = None
     slices: Slices | None = None
     along: float = 0.0
 
@@ -124,7 +124,7 @@ class WheelSide(Side):
     radius: float
     half_flange_back_distance: float
     flange_back: float
-    measured: Measured | None = None
+    measured: MeasuredOutline | None = None
     slices: Slices | None = None
     turned: float = 0.0
 

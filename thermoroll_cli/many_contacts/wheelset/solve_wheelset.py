@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
-from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, DEEPEST, SAME_PATCH, Bearing, NoHeight, same_patch
+from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, DEEPEST, SAME_PATCH, CarryingPatch, NoHeight, same_patch
 from thermoroll_cli.many_contacts.wheelset.patch_problem import (
     SolvedPatch,
     estimated_friction,
@@ -74,7 +74,7 @@ class SolvedWheelset:
         return DRIVE_SLOPE / float(np.linalg.inv(self.slopes)[-1, -1])
 
 
-Loaded = list[tuple[SideName, Bearing]]
+Loaded = list[tuple[SideName, CarryingPatch]]
 """Patches that bear a wheelset, each with its side."""
 
 
@@ -106,7 +106,7 @@ class SteadySolvers:
 
     def of(self, loaded: Loaded, *, rough: bool = False) -> Sequence[ContactSolver]:
         """The solvers that have solved the patches nearest to these before."""
-        return [self._near(side, bearing.patch.y, rough=rough) for side, bearing in loaded]
+        return [self._near(side, carrying.patch.y, rough=rough) for side, carrying in loaded]
 
     def _near(self, side: SideName, place: float, *, rough: bool) -> ContactSolver:
         known = self._known.setdefault((rough, side), [])
@@ -218,16 +218,16 @@ class _Search:
             self._stand(within)
 
     def _stand(self, within: float) -> None:
-        solved = {of: tuple(bearing for side, bearing in self.known if side == of) for of in self.problem.sides}
+        solved = {of: tuple(carrying for side, carrying in self.known if side == of) for of in self.problem.sides}
         self.standing = stand(self.problem, self.wheels, solved, self.standing, within)
         before = self.loaded
-        self.loaded = [(side, bearing) for side, bearings in self.standing.bearings.items() for bearing in bearings]
+        self.loaded = [(side, carrying) for side, patches in self.standing.carrying.items() for carrying in patches]
         if not _alike(before, self.loaded):
             place = self._place_of(self.loaded)
             nudged = [self._estimated(place + nudge) - self._estimated(place) for nudge in NUDGE * np.eye(len(place))]
             self.slopes = np.transpose(nudged) / NUDGE
             self.slopes[-1, -1] = min(self.slopes[-1, -1], -FLATTEST)
-            loads = np.array([bearing.load for _, bearing in self.loaded])
+            loads = np.array([carrying.load for _, carrying in self.loaded])
             self.scales = np.array([*(loads / loads.sum()), 1.0])
             self.mixing = Anderson(len(place))
 
@@ -237,30 +237,30 @@ class _Search:
         return self._place_of(self.known)
 
     def _place_of(self, patches: Loaded) -> Array:
-        return np.array([*(bearing.vertical for _, bearing in patches), self.velocity / self.unit])
+        return np.array([*(carrying.vertical for _, carrying in patches), self.velocity / self.unit])
 
     def go_to(self, place: Array) -> None:
         """Set the unknowns."""
         *ratios, velocity = place.tolist()
         if self.problem.finds_speed:
             self.velocity = velocity * self.unit
-        self.known = [(side, replace(bearing, vertical=ratio))
-                      for (side, bearing), ratio in zip(self.known, ratios, strict=True)]
+        self.known = [(side, replace(carrying, vertical=ratio))
+                      for (side, carrying), ratio in zip(self.known, ratios, strict=True)]
 
     def _estimated(self, place: Array) -> Array:
         """The residuals at a `place` by estimates of friction, with loads that carry the same force."""
         motion, (*ratios, velocity) = self._motion(place[-1] * self.unit), place.tolist()
         changes, forward, torque, limit = [], 0.0, 0.0, 0.0
-        for (side, bearing), ratio in zip(self.loaded, ratios, strict=True):
+        for (side, carrying), ratio in zip(self.loaded, ratios, strict=True):
             mine = [(other, r) for (of, other), r in zip(self.loaded, ratios, strict=True) if of in self._together(side)]
             more = 1.0 if self.problem.vertical is None else (
                 sum(other.load * other.vertical for other, _ in mine) / sum(other.load * r for other, r in mine))
-            along, across = estimated_friction(self.problem.contact, bearing, motion[side])
-            angle, load = bearing.patch.angle, more * bearing.load
+            along, across = estimated_friction(self.problem.contact, carrying, motion[side])
+            angle, load = carrying.patch.angle, more * carrying.load
             changes.append(math.cos(angle) + math.sin(angle) * across - ratio)
             forward -= along * load
-            torque -= along * load * bearing.patch.rolling_radius
-            limit += friction_of(self.problem.contact, bearing).coefficient * load
+            torque -= along * load * carrying.patch.rolling_radius
+            limit += friction_of(self.problem.contact, carrying).coefficient * load
         return np.array([*changes, self._unbalanced(forward, torque, limit) if self.problem.finds_speed else -velocity])
 
     def _together(self, side: SideName) -> set[SideName]:
@@ -296,8 +296,8 @@ class _Search:
                 self.go_to(np.array([*(found.vertical for _, found in self.known), root.place]))
             if turn >= MIXED_ROUNDS:
                 new = 1.0 / (turn - MIXED_ROUNDS + 2)
-                self.known = [(side, replace(found, over_coarse=found.over_coarse**new * bearing.over_coarse ** (1.0 - new)))
-                              for (side, found), (_, bearing) in zip(self.known, self.loaded, strict=True)]
+                self.known = [(side, replace(found, over_coarse=found.over_coarse**new * carrying.over_coarse ** (1.0 - new)))
+                              for (side, found), (_, carrying) in zip(self.known, self.loaded, strict=True)]
             if known:
                 return ""
         if self.left <= NEARLY:
@@ -311,7 +311,7 @@ class _Search:
     def _mix(self, unbalanced: float) -> None:
         """Set the unknowns of the next round, from those of the last ones and what they led to."""
         place = self._place_of(self.loaded)
-        changes = [found.vertical - bearing.vertical for (_, bearing), (_, found) in zip(self.loaded, self.known, strict=True)]
+        changes = [found.vertical - before.vertical for (_, before), (_, found) in zip(self.loaded, self.known, strict=True)]
         newton = place - np.linalg.solve(self.slopes, [*changes, unbalanced])
         step = self.mixing.next(self.scales * place, self.scales * newton) / self.scales - place
         self.go_to(place + step * min(1.0, LONGEST / max(float(np.abs(step).max()), 1e-300)))
@@ -322,9 +322,9 @@ class _Search:
         motion = self._motion(self.velocity)
         patches = []
         solvers = self.solvers.of(self.loaded, rough=problem is not self.problem)
-        for (side, bearing), solver in zip(self.loaded, solvers, strict=True):
-            result = solver.solve(problem_of_patch(problem.contact, bearing, motion[side]))
-            patches.append(solved_patch(side, bearing, motion[side], result))
+        for (side, carrying), solver in zip(self.loaded, solvers, strict=True):
+            result = solver.solve(problem_of_patch(problem.contact, carrying, motion[side]))
+            patches.append(solved_patch(side, carrying, motion[side], result))
         self.patches = tuple(patches)
         self.known = [(patch.side, patch.solved) for patch in patches]
         # Vertical forces change by new ratios of forces and approaches. What all patches that carry a given force sink deeper
@@ -332,13 +332,13 @@ class _Search:
         self.drift = 0.0
         for sides in {frozenset(self._together(side)) for side in self.problem.sides}:
             mine = [patch for patch in patches if patch.side in sides]
-            loads = np.array([patch.bearing.load for patch in mine])
-            sunk = np.array([patch.solved.over_coarse / patch.bearing.over_coarse - 1.0 for patch in mine])
+            loads = np.array([patch.carrying.load for patch in mine])
+            sunk = np.array([patch.solved.over_coarse / patch.carrying.over_coarse - 1.0 for patch in mine])
             if mine and self.problem.vertical is not None:
                 sunk = sunk - loads @ sunk / loads.sum()
-            turned = np.array([patch.solved.vertical - patch.bearing.vertical for patch in mine])
+            turned = np.array([patch.solved.vertical - patch.carrying.vertical for patch in mine])
             self.drift += float(loads @ (np.abs(turned) + np.abs(sunk)))
-        self.drift /= max(sum(patch.bearing.load for patch in patches), 1e-300)
+        self.drift /= max(sum(patch.carrying.load for patch in patches), 1e-300)
         self.rounds += 1
         self.report("wheelset", {"iteration": self.rounds, "residual": self.drift})
 
@@ -369,20 +369,20 @@ class _Search:
     def without_height(self, cause: NoHeight) -> SolvedWheelset:
         """The wheelset as it stood last, and why its wheels do not carry their force: Nadal's limit says when a flange
         climbs."""
-        standing = self.standing if self.standing.bearings else Standing(self.standing.roll, cause.z, {})
+        standing = self.standing if self.standing.carrying else Standing(self.standing.roll, cause.z, {})
         return SolvedWheelset(self.problem, standing, self.velocity, self.patches, self._too_little(cause), self.rounds,
                               self.left)
 
     def _too_little(self, cause: NoHeight) -> str:
         wanted, depth = f"vertical_N = {self.problem.vertical:.4g} N", f"down to an approach of {1e3 * DEEPEST:g} mm"
-        steepest = max(cause.bearings, key=lambda bearing: abs(bearing.patch.angle), default=None)
+        steepest = max(cause.carrying, key=lambda carrying: abs(carrying.patch.angle), default=None)
         if steepest is None:
             return f"no patch carries {wanted}, {depth}: the profiles meet at sharp ends alone"
         reason = f"the wheels carry {cause.largest:.4g} N at most, not {wanted}, {depth}"
         if cause.largest <= 0.0:
             reason = f"the wheels carry {wanted} at no height, {depth}"
         # Friction at the slip that was found if it depends on it.
-        near = min(self.patches, key=lambda patch: abs(patch.bearing.patch.y - steepest.patch.y), default=None)
+        near = min(self.patches, key=lambda patch: abs(patch.carrying.patch.y - steepest.patch.y), default=None)
         friction = math.nan if near is None else near.result.coupled.scalars.get("friction_mean", math.nan)
         if math.isnan(friction):
             friction = friction_of(self.problem.contact, steepest).coefficient
@@ -400,5 +400,5 @@ class _Search:
 def _alike(here: Loaded, there: Loaded) -> bool:
     """Whether these are the same patches."""
     return len(here) == len(there) and all(
-        side == other and abs(bearing.patch.y - its.patch.y) < SAME_PATCH
-        for (side, bearing), (other, its) in zip(here, there, strict=True))
+        side == other and abs(carrying.patch.y - its.patch.y) < SAME_PATCH
+        for (side, carrying), (other, its) in zip(here, there, strict=True))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, Bearing, WheelOnRail, height_of
+from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, CarryingPatch, WheelOnRail, height_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 from thermoroll_cli.physics.numerics.roots import RisingRoot
 
@@ -28,7 +28,7 @@ class Standing:
 
     roll: float
     height: float
-    bearings: Mapping[SideName, Sequence[Bearing]]
+    carrying: Mapping[SideName, Sequence[CarryingPatch]]
     depths: Mapping[SideName, float] = field(default_factory=dict)
     slope: float | None = None
 
@@ -42,7 +42,7 @@ def wheels_of(problem: WheelsetProblem) -> Wheels:
 
 
 def stand(
-    problem: WheelsetProblem, wheels: Wheels, solved: Mapping[SideName, tuple[Bearing, ...]], before: Standing,
+    problem: WheelsetProblem, wheels: Wheels, solved: Mapping[SideName, tuple[CarryingPatch, ...]], before: Standing,
     within: float = BALANCED
 ) -> Standing:
     """Where `problem` stands on its `wheels`, with the ratios of forces that are known as `solved`, near the standing `before`.
@@ -52,7 +52,7 @@ def stand(
     its force."""
     depths = dict(before.depths)
 
-    def carried(sides: Sequence[SideName], vertical: float, roll: float) -> tuple[float, dict[SideName, list[Bearing]]]:
+    def carried(sides: Sequence[SideName], vertical: float, roll: float) -> tuple[float, dict[SideName, list[CarryingPatch]]]:
         placed = [(wheels[side], wheels[side].over(problem.facing(side, roll)), solved.get(side, ())) for side in sides]
         height, found = height_of(placed, vertical, depths.get(sides[0]), within)
         depths[sides[0]] = height - min(facing.clearance for _, facing, _ in placed)
@@ -60,7 +60,7 @@ def stand(
 
     if problem.vertical is None:
         return Standing(problem.position.roll, problem.position.z, {
-            side: wheels[side].bearings(wheels[side].over(problem.facing(side)), 0.0, solved.get(side, ()))
+            side: wheels[side].carrying(wheels[side].over(problem.facing(side)), 0.0, solved.get(side, ()))
             for side in problem.sides})
     if not problem.finds_roll:
         return Standing(problem.position.roll, *carried(problem.sides, problem.vertical, problem.position.roll), depths)

@@ -39,7 +39,7 @@ LINE, SHALLOW = 201, 1e-7
 """Places on each line of rolling at which the gap of a patch is looked at, over what an overlap (m) needs, this at least."""
 
 
-class Heights(NamedTuple):
+class FacingHeights(NamedTuple):
     """z (m, track axes) of rail and wheel at the places `x` ahead of the axle and `y` across, (nx, ny); nan where there is
     none."""
 
@@ -99,9 +99,9 @@ class VaryingFacing(Facing):
             raise Unsolvable(f"the wheel misses its rail by {1e3 * (low - high):.3g} mm", "wheelset.lateral_shift_mm")
         return np.linspace(low, high, max(int((high - low) / STEP), 2))
 
-    def heights(self, x: Array, y: Array) -> Heights:
+    def heights(self, x: Array, y: Array) -> FacingHeights:
         """Both surfaces at places ahead of the axle and across."""
-        return Heights(x, y, _rail_heights(self.rail, tuple(x.tolist()), tuple(y.tolist())),
+        return FacingHeights(x, y, _rail_heights(self.rail, tuple(x.tolist()), tuple(y.tolist())),
                        wheel_heights(self.wheel, self.position, x, y))
 
     @cached_property
@@ -164,7 +164,7 @@ def _numbers(samples: Array, y: Array) -> Array:
     return np.interp(y, samples[order], order.astype(float))
 
 
-def _least(heights: Heights) -> tuple[Array, Array]:
+def _least(heights: FacingHeights) -> tuple[Array, Array]:
     """x (m) where the bodies are nearest on each line across, the mean over what is hardly less near, and the least gap (m), by
     the parabola through three places ahead."""
     gap, x, number = heights.gap, heights.x, np.arange(len(heights.y))
@@ -212,7 +212,7 @@ class VaryingPatch(PatchSurface):
         x = middle + within * np.linspace(-1.0, 1.0, LINE)[:, None]
         y = self.places(s)[:, 1]
         gap = PatchSurface.gap(self, x, s) - self.departs(x, np.broadcast_to(y, x.shape))
-        place, least = _least(Heights(np.linspace(-within, within, LINE), s, gap, np.zeros(gap.shape)))
+        place, least = _least(FacingHeights(np.linspace(-within, within, LINE), s, gap, np.zeros(gap.shape)))
         return x, gap, middle + place, least
 
     @property

@@ -107,7 +107,7 @@ def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> I
         moved = abs(patch.force[0]) * shared.velocity / power if power else 0.0
         errors = {name: error + (load + (moved if name in POWERS else 0.0)) * error_scale(name, numbers)
                   for name, error in result.uncertainty.items()}
-        surface, s = patch.bearing.patch, -result.y
+        surface, s = patch.carrying.patch, -result.y
         places = surface.position.on_track(surface.places(s))
         own_axes = (warning.replace(" y = ", " y (in the axes of its result) = ") for warning in result.warnings)
         whole = replace(
@@ -142,7 +142,7 @@ def _doubts(solved: SolvedWheelset) -> Iterator[str]:
     for side in problem.sides:
         facing = problem.facing(side, standing.roll)
         facing = facing.lowered(standing.height - facing.position.z)
-        solved_at = [patch.bearing.patch.y for patch in solved.patches if patch.side == side]
+        solved_at = [patch.carrying.patch.y for patch in solved.patches if patch.side == side]
         for patch in patches_of(facing, curved=problem.curved, shares=shares, make=varying_patch):
             if same_patch(solved_at, patch.y, float) is None and not patch.faces:
                 yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * patch.y:.4g} mm, at the sharp "
@@ -154,7 +154,7 @@ def _doubts(solved: SolvedWheelset) -> Iterator[str]:
 
 def _doubts_of_patch(patch: SolvedPatch) -> Iterator[str]:
     """A surface that turns far across a plane; contacts apart from each other that share the grid of the patch."""
-    surface, y = patch.bearing.patch, patch.result.coupled.y
+    surface, y = patch.carrying.patch, patch.result.coupled.y
     loaded = np.flatnonzero(np.asarray(patch.result.coupled.fields["pressure"]).any(axis=0))
     turn = 0.0 if surface.curved or not len(loaded) else float(np.ptp(replace(surface, curved=True).inclination(-y[loaded])))
     if turn > WIDEST_PLANE:
@@ -187,30 +187,69 @@ def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:
     return record | {"status": result.status, "uncertainty": errors}
 
 
+Estimated = dict[str, tuple[float, float | None]]
+"""Scalars, each with its error: nan where it is unknown, None of what is given or not there."""
+NOT_THERE = math.nan, None
+
+
 def _scalars(
     solved: SolvedWheelset, shared: SharedErrors, contacts: Mapping[SideName, Sequence[Result]]
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Scalars of the whole wheelset and their errors, from its `contacts` by side; forces are in track axes. What is given, or
-    not there, has no error."""
-    problem, sides = solved.problem, solved.problem.sides
-    scalars = {"height_mm": 1e3 * solved.standing.height, "roll_mrad": 1e3 * solved.standing.roll,
-               "angular_velocity_rad_s": -solved.angular_velocity}
-    forces, largest = dict[SideName, Array](), dict[SideName, SolvedPatch]()
+    not there, has no error, and neither has anything in the air."""
+    sides = _of_sides(solved, shared)
+    found = {**_position(solved, shared), **sides, **_of_both(solved.problem, sides), **_of_all_patches(contacts)}
+    scalars = {name: value for name, (value, _) in found.items()}
+    heat, power = scalars["Q_F_W"], sum(patch.power for patch in solved.patches) - scalars.get("expansion_power_W", 0.0)
+    # Over time a part of the power is stored.
+    over_time = any("work_J" in patch.result.coupled.scalars for patch in solved.patches)
+    scalars["power_balance_error"] = math.nan if over_time else abs(heat + power) / heat if heat > 0.0 else 0.0
+    return scalars, {name: error for name, (_, error) in found.items() if error is not None and solved.patches}
+
+
+def _position(solved: SolvedWheelset, shared: SharedErrors) -> Estimated:
+    """Where the wheelset stands, and how fast it turns."""
+    problem, velocity = solved.problem, -solved.angular_velocity
+    return {"height_mm": (1e3 * solved.standing.height, None if problem.vertical is None else 1e3 * shared.height),
+            "roll_mrad": (1e3 * solved.standing.roll, 1e3 * shared.roll if problem.finds_roll else None),
+            "angular_velocity_rad_s": (velocity, shared.velocity * abs(velocity) if problem.finds_speed else None)}
+
+
+def _of_sides(solved: SolvedWheelset, shared: SharedErrors) -> Estimated:
+    """Forces on each rail, and the rolling radius of the patch with the largest load. A vertical force that is given for each
+    wheel has no error."""
+    problem, found = solved.problem, Estimated()
+    given = problem.vertical is not None and (problem.finds_roll or len(problem.wheels) == 1)
     for side in SIDES:
-        mine, mirror = [patch for patch in solved.patches if patch.side == side], np.array([1.0, sign_of(side), 1.0])
-        force = sum((mirror * patch.force for patch in mine), np.zeros(3)) if side in sides else np.full(3, math.nan)
-        if side in sides:
-            forces[side] = force
-        if mine:
-            largest[side] = max(mine, key=lambda patch: patch.bearing.load)
-        scalars |= {f"track_force_{axis}_{side}_N": float(f) for axis, f in zip(FORCES, force, strict=True)}
-        scalars[f"lateral_over_vertical_{side}"] = float(force[1] / force[2]) if force[2] else math.nan
-        scalars[f"rolling_radius_{side}_mm"] = 1e3 * (largest[side].rolling_radius if mine else math.nan)
-    total = np.sum(list(forces.values()), axis=0)
-    scalars |= {f"track_force_{axis}_N": float(f) for axis, f in zip(FORCES, total, strict=True)}
-    scalars["rolling_radius_difference_mm"] = scalars["rolling_radius_right_mm"] - scalars["rolling_radius_left_mm"]
-    scalars |= {"Q_F_W": 0.0, "T_gamma_N": 0.0, "pressure_max_MPa": math.nan}
-    # What all patches have together, and sums over those of each wheel.
+        mine = [pair for pair in zip(solved.patches, shared.loads, strict=True) if pair[0].side == side]
+        there = side in problem.sides
+        force = sum((np.array([1.0, sign_of(side), 1.0]) * patch.force for patch, _ in mine), np.zeros(3))
+        error = sum((patch.force_errors(load) for patch, load in mine), np.zeros(3))
+        for axis, value, by in zip(FORCES, force.tolist(), error.tolist(), strict=True):
+            found[f"track_force_{axis}_{side}_N"] = (value, None if axis == "z" and given else by) if there else NOT_THERE
+        ratio, vertical = float(force[1] / force[2]) if force[2] else math.nan, 0.0 if given else float(error[2])
+        by = float(passed_on([float(error[1]), vertical], [1.0, ratio])) / abs(float(force[2])) if force[2] else math.nan
+        found[f"lateral_over_vertical_{side}"] = (ratio, by) if there else NOT_THERE
+        most = max((patch for patch, _ in mine), key=lambda patch: patch.carrying.load, default=None)
+        found[f"rolling_radius_{side}_mm"] = NOT_THERE if most is None else (
+            1e3 * most.rolling_radius, 1e3 * most.rolling_radius_error)
+    return found
+
+
+def _of_both(problem: WheelsetProblem, sides: Estimated) -> Estimated:
+    """Forces on both rails, and the difference of the rolling radii. A vertical force that is given has no error."""
+    found = Estimated()
+    for axis in FORCES:
+        forces, errors = zip(*(sides[f"track_force_{axis}_{side}_N"] for side in problem.sides), strict=True)
+        given = axis == "z" and problem.vertical is not None
+        found[f"track_force_{axis}_N"] = sum(forces), None if given else sum(errors)
+    (left, left_error), (right, right_error) = (sides[f"rolling_radius_{side}_mm"] for side in SIDES)
+    error = None if left_error is None or right_error is None else left_error + right_error
+    return found | {"rolling_radius_difference_mm": (right - left, error)}
+
+
+def _of_all_patches(contacts: Mapping[SideName, Sequence[Result]]) -> Estimated:
+    """What all patches have together, and sums over those of each wheel."""
     summaries = {side: [patch.summary() for patch in mine] for side, mine in contacts.items()}
     everyone = [summary for mine in summaries.values() for summary in mine]
     found = {"approach_max_um": together("approach_um", everyone)}
@@ -220,41 +259,10 @@ def _scalars(
         if scalar.together is math.fsum:
             found |= {of_side(name, side): together(name, mine, math.fsum) for side, mine in summaries.items()}
     found = {name: pair for name, pair in found.items() if not math.isnan(pair[0])}
-    scalars |= {name: value for name, (value, _) in found.items()}
-    rises = [name for name in (f"temperature_rise_max_{body}_K" for body in BODIES) if name in found]
-    scalars["temperature_rise_max_K"] = max((scalars[name] for name in rises), default=math.nan)
-    heat, power = scalars["Q_F_W"], sum(patch.power for patch in solved.patches) - scalars.get("expansion_power_W", 0.0)
-    # Over time a part of the power is stored.
-    over_time = any("work_J" in patch.result.coupled.scalars for patch in solved.patches)
-    scalars["power_balance_error"] = math.nan if over_time else abs(heat + power) / heat if heat > 0.0 else 0.0
-    if not solved.patches:
-        return scalars, {}
-    of_sides = {f"_{side}": sum((patch.force_errors(load) for patch, load in zip(solved.patches, shared.loads, strict=True)
-                                 if patch.side == side), np.zeros(3)) for side in sides}
-    of_forces = of_sides | {"": sum(of_sides.values(), np.zeros(3))}
-    # A vertical force that is given has no error; wheels at a given roll share it.
-    shared_load = len(problem.wheels) > 1 and not problem.finds_roll
-    given = set() if problem.vertical is None else {""} if shared_load else {*of_forces}
-    errors = {f"track_force_{axis}{side}_N": float(error) for side, of_axes in of_forces.items()
-              for axis, error in zip(FORCES, of_axes, strict=True) if not (axis == "z" and side in given)}
-    if problem.vertical is not None:
-        errors["height_mm"] = 1e3 * shared.height
-    if problem.finds_roll:
-        errors["roll_mrad"] = 1e3 * shared.roll
-    radii = {side: largest[side].rolling_radius_error for side in sides if side in largest}
-    errors |= {f"rolling_radius_{side}_mm": 1e3 * error for side, error in radii.items()}
-    if len(radii) == len(SIDES):
-        errors["rolling_radius_difference_mm"] = 1e3 * sum(radii.values())
-    if problem.finds_speed:
-        errors["angular_velocity_rad_s"] = shared.velocity * abs(scalars["angular_velocity_rad_s"])
-    for side in sides:
-        lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
-        ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
-        errors[f"lateral_over_vertical_{side}"] = (
-            float(passed_on([lateral, vertical], [1.0, ratio])) / carried if carried else math.nan)
-    errors |= {name: error for name, (_, error) in found.items()}
-    errors["temperature_rise_max_K"] = worst(found[name][1] for name in rises) if rises else math.nan
-    return scalars, errors
+    rises = [found[name] for body in BODIES if (name := f"temperature_rise_max_{body}_K") in found]
+    nothing: Estimated = {"Q_F_W": (0.0, None), "T_gamma_N": (0.0, None), "pressure_max_MPa": (math.nan, None)}
+    return nothing | found | {"temperature_rise_max_K": (
+        max((value for value, _ in rises), default=math.nan), worst(error for _, error in rises) if rises else math.nan)}
 
 
 # --- errors of height, velocity and loads, from those of the patches -------------------------------------------------
@@ -281,12 +289,12 @@ def _shared_errors(solved: SolvedWheelset) -> SharedErrors:
     part in it; the angular velocity by the forces along the track, and by what the search left of them, over their change with
     it."""
     patches, finds_height = solved.patches, solved.problem.vertical is not None
-    sunk, cosines = (np.array(column) for column in ([patch.bearing.sunk for patch in patches],
-                                                     [math.cos(patch.bearing.patch.angle) for patch in patches]))
-    stiffness = STIFFENING * np.array([patch.bearing.load for patch in patches]) / sunk
+    sunk, cosines = (np.array(column) for column in ([patch.carrying.sunk for patch in patches],
+                                                     [math.cos(patch.carrying.patch.angle) for patch in patches]))
+    stiffness = STIFFENING * np.array([patch.carrying.load for patch in patches]) / sunk
     estimated = sunk * np.array([patch.error_of("approach_um") / patch.result["approach_um"] for patch in patches])
     # The approach over that of the coarse grid has changed since the load was shared.
-    moved = [abs(patch.solved.over_coarse / patch.bearing.over_coarse - 1.0) for patch in patches]
+    moved = [abs(patch.solved.over_coarse / patch.carrying.over_coarse - 1.0) for patch in patches]
     approach = estimated + sunk * np.array(moved)
     heights, loads = [0.0], np.zeros(len(patches))
     sides = [patch.side for patch in patches]
@@ -300,8 +308,8 @@ def _shared_errors(solved: SolvedWheelset) -> SharedErrors:
             by_approach += own / own.sum()
             for k in group:
                 patch = patches[k]
-                friction = abs(math.sin(patch.angle)) * patch.error_of("force_y_N") / patch.bearing.load
-                loads[k] = BALANCED + abs(patch.solved.vertical / patch.bearing.vertical - 1.0) + friction
+                friction = abs(math.sin(patch.angle)) * patch.error_of("force_y_N") / patch.carrying.load
+                loads[k] = BALANCED + abs(patch.solved.vertical / patch.carrying.vertical - 1.0) + friction
         loads[group] += STIFFENING / sunk[group] * passed_on(approach[group], by_approach)
     roll = sum(heights) / solved.problem.span if solved.problem.finds_roll else 0.0
     limit, velocity = sum(patch.result.problem.traction_limit for patch in patches), 0.0

@@ -57,9 +57,9 @@ def unresolved_coatings(derived: DerivedQuantities, grid: Grid) -> Iterator[str]
                 yield (f"the top layer of the {body} body's coating is {layer.thickness / element:.2g} elements thick: near "
                        "borders of contact and stick its stresses vary within elements; "
                        f"{_resolving(grid, layer.thickness)} would resolve them")
-    if bodies.near_border(grid.dx, grid.dy).shear.trust >= RESOLVED_BORDER:
-        return
     coatings = (derived.problem.lower.elastic_layers, derived.problem.upper.elastic_layers)
+    if not any(coatings) or bodies.near_border(grid.dx, grid.dy).shear.trust >= RESOLVED_BORDER:
+        return
     thickness = min(layers[0].thickness for layers in coatings if layers)
     yield (f"the grid does not resolve the top layer of a coating, {thickness / element:.2g} elements thick: the contact ends "
            f"at the border of an element, which shows in areas; {_resolving(grid, thickness)} would resolve it")

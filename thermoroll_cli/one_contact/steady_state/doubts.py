@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from thermoroll_cli.one_contact.steady_state.derived import SLIP_SAMPLES, DerivedQuantities
-from thermoroll_cli.one_contact.steady_state.heated_bodies import crown_bound, rollers
+from thermoroll_cli.one_contact.steady_state.heated_bodies import crown_bound, turning_bodies
 from thermoroll_cli.physics.contact.contact_scales import approach_weight
-from thermoroll_cli.physics.heat.recirculation import Roller
+from thermoroll_cli.physics.heat.recirculation import TurningBody
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import FEWEST_ROUGH, Geometry, Unsolvable, rough_warning
 from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem
@@ -244,10 +244,10 @@ WIDE = 2.0
 """The half-space model needs a body this many times as wide as its contact."""
 
 
-def rollers_of(derived: DerivedQuantities) -> dict[str, Roller]:
+def turning_bodies_of(derived: DerivedQuantities) -> dict[str, TurningBody]:
     """The bodies that bring heat back, by name, at the creepage that is given (0 where it is to be found)."""
-    pairs = zip(BODIES, rollers(derived.problem, derived.problem.motion.creepage_x or 0.0), strict=True)
-    return {body: roller for body, roller in pairs if roller is not None}
+    pairs = zip(BODIES, turning_bodies(derived.problem, derived.problem.motion.creepage_x or 0.0), strict=True)
+    return {body: turning for body, turning in pairs if turning is not None}
 
 
 def track_facts(derived: DerivedQuantities) -> dict[str, float]:
@@ -261,12 +261,12 @@ def track_facts(derived: DerivedQuantities) -> dict[str, float]:
     facts = {"thermal_crown_bound": crown_bound(derived)}
     share = 0.5 if heating.partition == "matched" else heating.partition
     parts = {"lower": (share, heating.bulk_lower), "upper": (1.0 - share, heating.bulk_upper)}
-    for body, roller in rollers_of(derived).items():
+    for body, turning in turning_bodies_of(derived).items():
         part, around = parts[body]
-        facts[f"expected_bulk_temperature_{body}_K"] = around + roller.mean_resistance * roller.passes * part * heat
-        if roller.convection is not None:
-            facts[f"biot_{body}"] = roller.biot
-        facts[f"warm_up_time_{body}_s"] = roller.warm_up_time
+        facts[f"expected_bulk_temperature_{body}_K"] = around + turning.mean_resistance * turning.passes * part * heat
+        if turning.convection is not None:
+            facts[f"biot_{body}"] = turning.biot
+        facts[f"warm_up_time_{body}_s"] = turning.warm_up_time
     return facts
 
 
@@ -282,14 +282,14 @@ def track_warnings(derived: DerivedQuantities) -> Iterator[str]:
             yield (f"heat returns to the contact on the {warm} body alone: the {cold} body, which turns, too, stays at its "
                    f"bulk temperature and takes most of the heat; set thermal.{cold}.recirculate if it gets warm")
     contact = 2.0 * derived.scales.semi_axis_y
-    for body, roller in rollers_of(derived).items():
-        track = contact + 4.0 * roller.spreading
-        if track > roller.width:
+    for body, turning in turning_bodies_of(derived).items():
+        track = contact + 4.0 * turning.spreading
+        if track > turning.width:
             yield (f"the heated track of the {body} body, {1e3 * track:.3g} mm with what spreads between passes, is wider "
-                   f"than the body ({1e3 * roller.width:.3g} mm)")
-        elif contact * WIDE > roller.width:
-            yield (f"the contact takes {100.0 * contact / roller.width:.0f} % of the width of the {body} body: the half-space "
+                   f"than the body ({1e3 * turning.width:.3g} mm)")
+        elif contact * WIDE > turning.width:
+            yield (f"the contact takes {100.0 * contact / turning.width:.0f} % of the width of the {body} body: the half-space "
                    "is a doubtful model of it")
-        if roller.biot > LUMPED_BIOT:
-            yield (f"the Biot number hR/k of the {body} body is {roller.biot:.3g}: its surface is cooled faster than heat "
+        if turning.biot > LUMPED_BIOT:
+            yield (f"the Biot number hR/k of the {body} body is {turning.biot:.3g}: its surface is cooled faster than heat "
                    "flows through it, and the answer depends on where exactly it is cooled")

@@ -178,67 +178,98 @@ def _iterated(
     discretisation: Discretisation, start: Contact, tolerances: Tolerances, convergence: Convergence, balanced: bool,
     learnt: Learnt | None = None,
 ) -> SteadyState:
-    derived, limit = discretisation.derived, tolerances.tangential if start.expansion is None else tolerances.coupling
     mixing = _Mixing(discretisation, balanced, learnt, damped=convergence is HEAT)
-    state = best = start
-    residual = least = math.inf
-    rim, history = False, list[float]()
-    counts = np.zeros(3, dtype=int)
+    done, state = _Iterations(discretisation, start, tolerances, convergence, learnt), start
     # Where nothing acts back, one iteration is the solution, also of a force that friction does not carry.
-    while len(history) < MOST_ITERATIONS and not mixing.gives_up and not (
+    while len(done.history) < MOST_ITERATIONS and not mixing.gives_up and not (
             unknowns_of(state) and reserve(discretisation, state) <= 0.0):
-        after = iterate(discretisation, state, _inside(state, tolerances, limit, history, convergence, learnt))
-        normal, tangential = after.normal, after.tangential
-        counts += (normal.iterations, tangential.applications, tangential.newton_steps)
+        after = iterate(discretisation, state, done.inside(state))
         changes, size = _change(discretisation, state, after)
-        history.append(size)
-        rim = normal.touches_rim
-        solved = (normal.converged and tangential.converged and tangential.residual <= 2.0 * tolerances.tangential
-                  and not rim)
-        if least == math.inf or (solved and history[-1] < least):
-            best, residual = replace(after, **unknowns_of(state)), history[-1]
-            least = residual if solved else math.inf
-        if not changes or least <= limit or rim:
+        done.take(state, after, size)
+        if not changes or done.end():
             break
+        state = mixing.next(state, after, changes, size)
+    return done.steady_state(mixing, balanced)
+
+
+class _Iterations:
+    """Those of one fixed point: the `best` state with its residual, `limit` of the residual, the `least` one that was solved,
+    and the work in them. They say how closely the next one is solved, and when none is worth while."""
+
+    def __init__(
+        self, discretisation: Discretisation, start: Contact, tolerances: Tolerances, convergence: Convergence,
+        learnt: Learnt | None,
+    ) -> None:
+        self._discretisation, self._tolerances = discretisation, tolerances
+        self._convergence, self._learnt = convergence, learnt
+        self.limit = tolerances.tangential if start.expansion is None else tolerances.coupling
+        self.best, self.residual, self.least, self.history = start, math.inf, math.inf, list[float]()
+        self.touches_rim = False
+        self._work = np.zeros(3, dtype=int)
+
+    def inside(self, state: Contact) -> Tolerances:
+        """Tolerances of the problems inside the next iteration, from `state`."""
+        tolerances, convergence = self._tolerances, self._convergence
+        if not unknowns_of(state):
+            return tolerances
+        first = convergence.first_residual
+        outer = self.history[-1] if self.history else first if self._learnt is None else min(self._learnt.residual, first)
+        last = outer <= NEARLY_CONVERGED * self.limit or len(self.history) >= convergence.possibly_last
+        tangential = tolerances.tangential if last else max(convergence.tangential_share * outer, tolerances.tangential)
+        normal = max(NORMAL_SHARE * outer, tolerances.normal)
+        return replace(tolerances, tangential=min(tangential, LOOSEST_TRACTIONS), normal=normal)
+
+    def take(self, before: Contact, after: Contact, size: float) -> None:
+        """One more, that has changed the unknowns by `size` over their scales."""
+        normal, tangential = after.normal, after.tangential
+        self._work += (normal.iterations, tangential.applications, tangential.newton_steps)
+        self.history.append(size)
+        self.touches_rim = normal.touches_rim
+        solved = (normal.converged and tangential.converged
+                  and tangential.residual <= 2.0 * self._tolerances.tangential and not self.touches_rim)
+        if self.least == math.inf or (solved and size < self.least):
+            self.best, self.residual = replace(after, **unknowns_of(before)), size
+            self.least = size if solved else math.inf
+
+    def end(self) -> bool:
+        """Whether the last one is the last: it is good enough, its domain is too small, or another one would not be better. A
+        residual that stagnates is then accepted where only a finer grid could reduce it, and becomes the limit."""
+        if self.least <= self.limit or self.touches_rim:
+            return True
+        history, convergence = self.history, self._convergence
         if len(history) > 1 and max(history[-2:]) < UNCHANGED:
-            break  # the second was solved to full accuracy: what it did not solve another one does not solve either
-        # Residuals that are accepted if further iterations do not reduce them: only a finer grid could.
-        border = ACCEPTED_WITH_SHEAR / min(discretisation.grid.shape) ** 2 if derived.kinematics.feeds_back else 0.0
+            return True  # the second was solved to full accuracy: what it did not solve another one does not solve either
+        enough = self._accepted
+        # Close to the accuracy that the grid allows fewer iterations without gain suffice.
+        patience, recent = (CLOSE_PATIENCE, CLOSE_PATIENCE) if self.least <= enough else (
+            convergence.patience, convergence.recent)
+        stagnates = len(history) > patience and min(history[-recent:]) > convergence.gain * min(history[:-recent])
+        if stagnates:
+            self.limit = enough
+        return stagnates
+
+    @property
+    def _accepted(self) -> float:
+        """The residual that is accepted if further iterations do not reduce it."""
+        derived, best = self._discretisation.derived, self.best
+        border = ACCEPTED_WITH_SHEAR / min(self._discretisation.grid.shape) ** 2 if derived.kinematics.feeds_back else 0.0
         if best.expansion is not None:
             moved = _variation(best) / max(_variation(best), derived.scales.approach)
             border = max(border, ACCEPTED_WITH_HEAT * moved / int(np.count_nonzero(best.normal.contact)))
-        enough = max(ACCEPTED_STAGNATION * limit, border)
-        # Close to the accuracy that the grid allows fewer iterations without gain suffice.
-        close = least <= enough
-        patience, recent = (CLOSE_PATIENCE, CLOSE_PATIENCE) if close else (convergence.patience, convergence.recent)
-        if len(history) > patience and min(history[-recent:]) > convergence.gain * min(history[:-recent]):
-            limit = enough
-            break
-        state = mixing.next(state, after, changes, history[-1])
-    if best.expansion is not None:
-        # The iteration does not determine the mean expansion, which only shifts the approach, or for a given one nothing.
-        expansion, approach = discretisation.pressure.without_approach(best.expansion, best.normal.covered)
-        moved_by = approach if derived.problem.approach is None else 0.0
-        best = replace(best, normal=replace(best.normal, approach=best.normal.approach + moved_by), expansion=expansion)
-    return SteadyState(
-        best, iterations=len(history), residual=residual, converged=least <= limit,
-        touches_rim=rim,
-        normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history),
-        balanced=balanced, heat_reached=mixing.heat_reached, secants=mixing.secants)
+        return max(ACCEPTED_STAGNATION * self.limit, border)
 
-
-def _inside(
-    state: Contact, tolerances: Tolerances, limit: float, history: list[float], convergence: Convergence, learnt: Learnt | None
-) -> Tolerances:
-    """Tolerances of the problems inside the next iteration."""
-    if not unknowns_of(state):
-        return tolerances
-    known = convergence.first_residual if learnt is None else min(learnt.residual, convergence.first_residual)
-    outer = history[-1] if history else known
-    last = outer <= NEARLY_CONVERGED * limit or len(history) >= convergence.possibly_last
-    tangential = tolerances.tangential if last else max(convergence.tangential_share * outer, tolerances.tangential)
-    normal = max(NORMAL_SHARE * outer, tolerances.normal)
-    return replace(tolerances, tangential=min(tangential, LOOSEST_TRACTIONS), normal=normal)
+    def steady_state(self, mixing: _Mixing, balanced: bool) -> SteadyState:
+        """The best state. The iteration does not determine the mean expansion, which only shifts the approach, or for a given
+        one nothing."""
+        best = self.best
+        if best.expansion is not None:
+            expansion, approach = self._discretisation.pressure.without_approach(best.expansion, best.normal.covered)
+            moved_by = approach if self._discretisation.derived.problem.approach is None else 0.0
+            best = replace(best, normal=replace(best.normal, approach=best.normal.approach + moved_by), expansion=expansion)
+        normal, applications, newton_steps = self._work.tolist()
+        return SteadyState(
+            best, len(self.history), self.residual, self.least <= self.limit, normal, applications, newton_steps,
+            self.touches_rim, tuple(self.history), balanced, mixing.heat_reached, mixing.secants)
 
 
 def _change(discretisation: Discretisation, before: Contact, after: Contact) -> tuple[Fields, float]:

@@ -14,7 +14,7 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.physics.halfspace.layered_thermal import LayeredHeat, thermal_constants
 from thermoroll_cli.physics.heat.frictional_heat import Before
 from thermoroll_cli.physics.heat.heat_response import HeatedBody, HeatResponse, KeptTables, ThermalResponse
-from thermoroll_cli.physics.heat.recirculation import RecirculatingResponse, Roller, Track
+from thermoroll_cli.physics.heat.recirculation import RecirculatingResponse, Track, TurningBody
 from thermoroll_cli.physics.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import BODIES, Material, Problem
@@ -62,14 +62,14 @@ def _rounded(creepage: float) -> float:
     return round(creepage * 2.0**20) / 2.0**20
 
 
-def rollers(problem: Problem, creepage_x: float) -> tuple[Roller | None, Roller | None]:
+def turning_bodies(problem: Problem, creepage_x: float) -> tuple[TurningBody | None, TurningBody | None]:
     """Lower and upper body as they turn and cool, None for one without recirculating heat.
 
     A body that iterates stop or turn backwards still turns at `LEAST_SPEED` of the rolling speed; no solution may."""
     slowest, both = LEAST_SPEED * problem.motion.speed, []
     for body, heated in zip(BODIES, heated_bodies(problem, creepage_x, 0.0), strict=True):
         track, radius = getattr(problem.heating, f"{body}_track"), getattr(problem.geometry, f"{body}_radius_x")
-        both.append(None if track is None else Roller(
+        both.append(None if track is None else TurningBody(
             abs(radius), track.width, track.passes, max(heated.speed_x, slowest), heated.conductivity, heated.diffusivity,
             heated.free_expansion, getattr(problem, body).poisson_ratio, track.convection, track.resistance, radius < 0.0))
     return both[0], both[1]
@@ -93,8 +93,8 @@ def crown_bound(derived: DerivedQuantities) -> float:
     line = 0.5 * math.pi * scales.semi_axis_x * scales.peak_pressure * p.friction.highest * slip * motion.speed
     shares = (1.0, 1.0) if share == "matched" else (share, 1.0 - share)
     return sum(
-        part * line * roller.crown_per_heat / derived.lateral_curvature
-        for part, roller in zip(shares, rollers(p, motion.creepage_x or 0.0), strict=True) if roller is not None
+        part * line * turning.crown_per_heat / derived.lateral_curvature
+        for part, turning in zip(shares, turning_bodies(p, motion.creepage_x or 0.0), strict=True) if turning is not None
     )
 
 
@@ -108,7 +108,7 @@ class HeatResponses:
         self.grid = grid
         self.tables = tables or KeptTables()
         self._last: HeatResponse | None = None
-        self._tracks: dict[Roller, Track] = {}
+        self._tracks: dict[TurningBody, Track] = {}
 
     @cached_property
     def sliding(self) -> SlidingKernels:
@@ -125,7 +125,7 @@ class HeatResponses:
             self._last = HeatResponse(self.grid, lower, upper, self.tables)
         if not problem.heating.recirculates:
             return self._last
-        both = rollers(problem, creepage[0])
+        both = turning_bodies(problem, creepage[0])
         self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in both if r is not None}
         below, above = (None if r is None else self._tracks[r] for r in both)
         return RecirculatingResponse(self._last, (below, above), bulging=crown_matters(derived))

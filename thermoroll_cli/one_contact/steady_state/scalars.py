@@ -356,7 +356,7 @@ def track_scalars(
         scalars[f"entry_temperature_max_{body}_K"] = around + (0.0 if track is None else float(entries[i][columns].max()))
         flash = rises[i] - entries[i]
         scalars[f"flash_temperature_max_{body}_K"] = peak_value(flash, averages=False) if flash.max() > 0.0 else 0.0
-        scalars[f"warm_up_time_{body}_s"] = math.nan if track is None else track.roller.warm_up_time
+        scalars[f"warm_up_time_{body}_s"] = math.nan if track is None else track.body.warm_up_time
     bulge = sum(track.entry_bulge(flux) for track, flux in zip(tracks, into, strict=True) if track is not None)
     crown = np.asarray(bulge)[columns]
     # A track that is expanded evenly has rounding for a crown.

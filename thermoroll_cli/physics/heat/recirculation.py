@@ -133,7 +133,7 @@ ROOT_STEPS = 60
 
 
 @dataclass(frozen=True)
-class Roller:
+class TurningBody:
     """A body that turns (SI): `radius` R > 0 along rolling, `width` B, `passes` Z per revolution, speed of its surface; either
     `convection` h (W/m²K) or `resistance` R_th (K/W); its thermal constants with `free_expansion` (1 + ν)α. The track of a
     `ring` lies in its bore; it takes a resistance."""
@@ -215,16 +215,16 @@ class Roller:
 
 
 class Track:
-    """Response of a `Roller`'s track at the columns of a grid to heat fluxes on that grid, as matrices.
+    """Response of a `TurningBody`'s track at the columns of a grid to heat fluxes on that grid, as matrices.
 
     `temperature` (K per W/m²) and `bulge` (m per W/m², up to a constant), both (ny, ny), act on the sum of the flux into the
     body over the rows of the grid."""
 
-    def __init__(self, roller: Roller, grid: Grid) -> None:
-        self.roller, self.grid = roller, grid
-        highest = max(math.sqrt(SPREAD_EPSILON) / roller.spreading, FLAT_BODY_FROM / roller.radius,
-                      FLAT_BODY_FROM * (roller.convection or 0.0) / roller.conductivity)
-        wave, share, odd = roller.modes(min(highest, FINEST_WAVE / grid.dy), float(np.abs(grid.y).max()))
+    def __init__(self, body: TurningBody, grid: Grid) -> None:
+        self.body, self.grid = body, grid
+        highest = max(math.sqrt(SPREAD_EPSILON) / body.spreading, FLAT_BODY_FROM / body.radius,
+                      FLAT_BODY_FROM * (body.convection or 0.0) / body.conductivity)
+        wave, share, odd = body.modes(min(highest, FINEST_WAVE / grid.dy), float(np.abs(grid.y).max()))
         shape = np.empty((grid.ny, len(wave)))
         # cos λy and sin λy, real parts that turn by λ dy from one column to the next.
         phase, turn = np.exp(1j * grid.y[0] * wave), np.exp(1j * grid.dy * wave)
@@ -234,8 +234,8 @@ class Track:
             phase *= turn
         # Elements carry uniform flux: integral of each mode over an element, and q̄ = dx Z/2πR of the sum over rows.
         element = grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi)) * share
-        weight = element * (grid.dx * roller.passes / (2.0 * math.pi * roller.radius))
-        self.temperature, self.bulge = (np.asarray((shape * (gain * weight)) @ shape.T) for gain in mode_gains(roller, wave))
+        weight = element * (grid.dx * body.passes / (2.0 * math.pi * body.radius))
+        self.temperature, self.bulge = (np.asarray((shape * (gain * weight)) @ shape.T) for gain in mode_gains(body, wave))
 
     def entry_temperature(self, flux: Array) -> Array:
         """T_rec(y) in K, (ny,), with which the track re-enters the contact, by the heat `flux` (W/m², (nx, ny)) into the
@@ -250,17 +250,17 @@ class Track:
         """(1 + ν)α q̄(0)/(k/R'_y): curvature of the thermal crown over the relative `curvature` 1/R'_y (1/m) of the gap."""
         middle = slice((self.grid.ny - 1) // 2, self.grid.ny // 2 + 1)
         line = float(flux[:, middle].sum(axis=0).mean()) * self.grid.dx
-        return line * self.roller.crown_per_heat / curvature
+        return line * self.body.crown_per_heat / curvature
 
     def bulk_temperature(self, flux: Array) -> float:
         """Mean temperature of the body's surface in K above its surroundings: R_th times the heat of all contacts."""
-        r = self.roller
+        r = self.body
         return r.mean_resistance * r.passes * float(flux.sum()) * self.grid.element_area
 
 
-def mode_gains(roller: Roller, wave: Array) -> tuple[Array, Array]:
+def mode_gains(body: TurningBody, wave: Array) -> tuple[Array, Array]:
     """T_m/q̄_m in K per W/m² and u_m/q̄_m in m per W/m² (see the module's docstring) of the modes with wavenumbers `wave`."""
-    r, period, k = roller, roller.period, roller.conductivity
+    r, period, k = body, body.period, body.conductivity
     # The mean has the wavenumber 0 where it leaves through a resistance. It would only add a constant to the bulge.
     argument = np.where(wave > 0.0, wave, 1.0) * r.radius
     loss = k * wave * surface_slope(argument, bore=r.ring) + (r.convection or 0.0)
@@ -317,7 +317,7 @@ class RecirculatingResponse:
     def matched_share(self) -> float | None:
         """As `ThermalResponse`: the tracks of equal bodies must be equal as well."""
         lower, upper = self.tracks
-        alike = lower is upper if lower is None or upper is None else lower.roller == upper.roller
+        alike = lower is upper if lower is None or upper is None else lower.body == upper.body
         return self.passing.matched_share if alike else None
 
     @property

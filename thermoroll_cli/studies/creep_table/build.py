@@ -13,7 +13,7 @@ import numpy as np
 from thermoroll_cli.studies.creep_table.creep_force_table import Interpolant
 from thermoroll_cli.studies.creep_table.point_solver import FORCES, QUANTITIES, STANDARD_ACCURACY, EllipseSolver
 from thermoroll_cli.studies.creep_table.scaling import LAW
-from thermoroll_cli.studies.creep_table.table_file import Axes, Quality, TableValues
+from thermoroll_cli.studies.creep_table.table_file import Quality, TableAxes, TableValues
 from thermoroll_cli.tools.arrays import Array
 from thermoroll_cli.tools.journal import Journal, Record
 from thermoroll_cli.tools.runner import Item, Workers, run
@@ -27,7 +27,7 @@ SEED = 20
 class TablePlan:
     """The table to be built, and the number of random points (`checks`) at which it is compared with the solver."""
 
-    axes: Axes = field(default_factory=Axes)
+    axes: TableAxes = field(default_factory=TableAxes)
     poisson_ratio: float = 0.28
     accuracy: float = STANDARD_ACCURACY
     checks: int = 1000

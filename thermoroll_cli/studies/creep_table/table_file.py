@@ -37,7 +37,7 @@ LONG_NAMES = {
 
 
 @dataclass(frozen=True)
-class Axes:
+class TableAxes:
     """`aspect_ratios` a/b, increasing; numbers of evenly spaced `magnitudes` u, `directions` v and `spins` w (`scaling`)."""
 
     aspect_ratios: tuple[float, ...] = DEFAULT_ASPECTS
@@ -105,7 +105,7 @@ class TableValues:
     """`values` (ellipses, 4, magnitudes, directions, spins) of `QUANTITIES`, nan where a point has no solution (a hole);
     `errors` of the forces, the same without the quantities; Poisson's ratio and the accuracy that was asked for."""
 
-    axes: Axes
+    axes: TableAxes
     poisson_ratio: float
     accuracy: float
     values: Array
@@ -146,7 +146,7 @@ def read_table(path: str | os.PathLike[str]) -> TableValues:
             raise ResultFileError(f"{path}: table of scaling {scaling}; this version reads {LAW}: build it again with "
                                   "thermoroll table")
         ratios, u, v, w = (tree.arrays[name].values for name in DIMENSIONS)
-        axes = Axes(tuple(ratios.tolist()), len(u), len(v), len(w))
+        axes = TableAxes(tuple(ratios.tolist()), len(u), len(v), len(w))
         for name, stored, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):
             if not np.allclose(stored, own, atol=1e-12):
                 raise ValueError(f"the axis {name} does not increase evenly")

@@ -27,7 +27,7 @@ below the tip (m)."""
 
 
 @dataclass(frozen=True)
-class Outline:
+class WornOutline:
     """The outline `points` (y to the field side, z down, m) of a wheel or a rail, less the `depth` (m) on rows of equal width
     along its length, (n,)."""
 
@@ -36,7 +36,7 @@ class Outline:
     depth: Array = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
-    def new(cls, points: Points, *, wheel: bool) -> Outline:
+    def new(cls, points: Points, *, wheel: bool) -> WornOutline:
         """An unworn outline."""
         length = float(curve(points).knots[-1])
         return cls(points, wheel, np.zeros(min(MOST_ROWS, math.ceil(length / ROW))))
@@ -104,7 +104,7 @@ class Outline:
         return np.asarray(scipy.ndimage.gaussian_filter1d(depth, HALF_AMPLITUDE * wavelength / self.size, mode="reflect"))
 
 
-def worn_off(outline: Outline, line: Array, patch: Result, depth: Array) -> Array:
+def worn_off(outline: WornOutline, line: Array, patch: Result, depth: Array) -> Array:
     """`depth` (m) on the lines of rolling of a patch of a wheelset as a depth on the rows of its `outline`, of which `line` has
     the samples."""
     loaded = np.flatnonzero(depth)

@@ -26,7 +26,7 @@ from thermoroll_cli.problem.problem import BodyName, Wear, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import passed_on, worst
 from thermoroll_cli.studies.worn.evolution import rate_errors
-from thermoroll_cli.studies.worn.outlines import ROW, Outline, flange, worn_off
+from thermoroll_cli.studies.worn.outlines import ROW, WornOutline, flange, worn_off
 from thermoroll_cli.studies.worn.steps import Columns, WearState, steps_of
 from thermoroll_cli.tools.arrays import Array
 from thermoroll_cli.tools.journal import Journal, Record
@@ -41,7 +41,7 @@ STABLE_SHARE = 0.6
 """Depth of a step over L p/E*, with the pressure p and the wavelength L of the smoothing: beyond, what a step wears too deep at
 a wavelength near L would be worn too little by the next. δp = πE*δ/λ of a wave with the depth δ, times its part 2^(−L²/λ²)
 that the smoothing leaves, is largest at λ = 1.18 L; there a step is as deep as it may be at 0.62 L p/E*."""
-Outlines = dict[str, Outline]
+Outlines = dict[str, WornOutline]
 
 
 def positions_of(case: Case, source: str = "") -> list[tuple[float, WheelsetProblem]]:
@@ -79,12 +79,12 @@ def outlines_of(problem: WheelsetProblem) -> Outlines:
     """The outlines by name, wheel_right and so on."""
     outlines = {}
     for side in problem.sides:
-        outlines[f"rail_{side}"] = Outline.new(problem.rails[side].profile, wheel=False)
-        outlines[f"wheel_{side}"] = Outline.new(problem.wheels[side].profile, wheel=True)
+        outlines[f"rail_{side}"] = WornOutline.new(problem.rails[side].profile, wheel=False)
+        outlines[f"wheel_{side}"] = WornOutline.new(problem.wheels[side].profile, wheel=True)
     return outlines
 
 
-def worn_wheelset(problem: WheelsetProblem, outlines: Mapping[str, Outline]) -> WheelsetProblem:
+def worn_wheelset(problem: WheelsetProblem, outlines: Mapping[str, WornOutline]) -> WheelsetProblem:
     """`problem` with the worn outlines."""
     rails = {side: replace(rail, profile=outlines[f"rail_{side}"].worn) for side, rail in problem.rails.items()}
     wheels = {side: replace(wheel, profile=outlines[f"wheel_{side}"].worn) for side, wheel in problem.wheels.items()}
@@ -133,7 +133,7 @@ class Stand:
         return {"key": self.key, "reason": reason, "solved": False}
 
 
-def depths_of(result: Result, outlines: Mapping[str, Outline]) -> dict[str, Array]:
+def depths_of(result: Result, outlines: Mapping[str, WornOutline]) -> dict[str, Array]:
     """Depth (m) that one passage wears off the rows of each outline."""
     wear, found = result.problem.wear, {}
     assert wear is not None
