@@ -52,6 +52,9 @@ DIFFERENCE = 0.04
 SLOW, MOST_TOGETHER, MOST_IDLE = 0.7, 8, 2
 """Part that a round of all balls in turn leaves above which all move together, and how often at most; rounds in a row that
 leave as much, after which it ends."""
+MOST_SOLVES = 400
+"""Contacts that are solved for each kind of loaded balls in one search, after which it ends: 154 at most where it ends well,
+with a friction coefficient of 5."""
 CONTAINED = 2e-4
 """What may be left, over the largest friction limit, where nothing more helps: errors contain it."""
 NEARLY = 0.01
@@ -91,7 +94,7 @@ class BearingSearch:
         self.problem, self.threads, self.report = problem, threads, report
         law, same = problem.contact.friction.law, before is not None and before.problem.balls == problem.balls
         self.before = before if same and problem.balances and law is None else None
-        self.rounds = self.solves = 0
+        self.rounds = self.solves = self.most_solves = 0
         self.solvers: dict[tuple[tuple[int, ...], RingName], ContactSolver] = {}
         self.now = Arrangement.first(problem, np.full(problem.balls, 0.0 if problem.rolls else problem.speeds[0]))
 
@@ -234,7 +237,7 @@ class BearingSearch:
         nothing more helps."""
         fresh, radius, whole = False, LONGEST, 0.0
         for _ in range(MOST_STEPS):
-            if now.left(now.balls[k]) <= tolerance:
+            if now.left(now.balls[k]) <= tolerance or self.solves >= self.most_solves:
                 break
             if not now.balls[k].slopes or radius < SHORTEST * min(whole, LONGEST):
                 if fresh:
@@ -302,6 +305,7 @@ class BearingSearch:
             if ball.contacts:
                 self.now = self._solved(self.now, k, contact)
         left, idle, unbalanced, turned = 0.2, 0, 0.0, 0.0
+        self.most_solves = self.solves + MOST_SOLVES * sum(ball.loaded for ball in self.now.balls)
         for _ in range(MOST_ROUNDS):
             self.rounds += 1
             if not any(ball.loaded for ball in self.now.balls):
@@ -323,7 +327,7 @@ class BearingSearch:
             if left <= tolerance and unbalanced <= tolerance and all(ball.contacts for ball in self.now.balls if ball.loaded):
                 return ""
             idle = idle + 1 if left > SLOW * before and unbalanced <= tolerance else 0
-            if idle == MOST_IDLE:
+            if idle == MOST_IDLE or self.solves >= self.most_solves:
                 break
         if left <= CONTAINED and unbalanced <= tolerance and all(ball.contacts for ball in self.now.balls if ball.loaded):
             return ""
