@@ -313,7 +313,7 @@ def test_keys_of_the_case_file():
     assert (case.problem.friction.slope, case.problem.friction.minimum) == (2e-3, 0.3)
     default = parse(THERMAL).problem
     assert (default.friction.slope, default.friction.minimum) == (0.0, 0.1)
-    assert type(case)(case.name, case.to_toml(), case.settings).problem == case.problem
+    assert parse(case.to_toml()).problem == case.problem
     for wrong in ("temperature_slope_1_K=-11", "temperature_maximum_factor=0.5",
                   "temperature_minimum_factor=1.5", "temperature_slope_1_K=nan"):
         (finding,) = findings(MECHANICAL, f"friction.{wrong}")
