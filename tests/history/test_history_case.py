@@ -69,6 +69,21 @@ def test_columns_and_their_errors() -> None:
     assert history["force_x_over_friction_limit"][-1] == history["force_x_N"][-1] / history["friction_limit_N"][-1]
 
 
+def test_heat_at_an_absurd_speed_is_refused_and_shown_without_rows_that_vary(tmp_path: Path) -> None:
+    """Pe = V a/κ with the a of Hertz's circle, (3WR/4E*)^(1/3): 1e9 m/s would take more than 45 s on 16². Without values over
+    time there is nothing to show beside their key."""
+    case = ball(material=WARM, history={"steps": 3, "distance_mm": [0, 7], "values": {}})
+    path = tmp_path / "fast.toml"
+    path.write_text(tomli_w.dumps(case), encoding="utf-8")
+    done = call("show", path)
+    assert done.returncode == 0, done.stderr
+    radius = (0.75 * 0.4705 * 0.16873 / (0.5 * 2.56e6 / (1.0 - 0.28**2))) ** (1.0 / 3.0)
+    done = call("run", path, "--set", "rolling.speed_m_s=1e9", "-o", tmp_path)
+    assert done.returncode == 3 and "rolling.speed_m_s = 1e9: " in done.stderr
+    assert f"a Péclet number of {1e9 * radius / 13e-6:.1e}" in done.stderr
+    assert f"at most {1e8 * 13e-6 / radius:.3g} here" in done.stderr
+
+
 @pytest.mark.slow
 def test_the_first_row_after_a_sudden_start_is_covered() -> None:
     """Rolling from nothing at a creepage that is reached within a few steps: the first one is far from it."""

@@ -88,7 +88,7 @@ def _inputs(case: Case, width: int) -> list[str]:
     start = max((len(key) for key, _, _ in items), default=0) + 4
     lines = [table[0][2:]]
     for line, (key, value, si) in zip(table[1:], items, strict=True):
-        first, *more = [line[2:]] if si else folded(value, max(width - start + 2, 24), indent="")
+        first, *more = [line[2:]] if si else folded(value, max(width - start + 2, 24), indent="") or [""]
         lines += [first] if si else [key.ljust(start - 2) + first, *(" " * start + text.strip() for text in more)]
     return lines
 

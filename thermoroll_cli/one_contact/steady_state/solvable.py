@@ -9,9 +9,14 @@ from functools import lru_cache
 import numpy as np
 
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
+from thermoroll_cli.one_contact.steady_state.heated_bodies import peclet_numbers
 from thermoroll_cli.physics.contact.contact_scales import COARSE_GRID, DOMAIN_OVER_CONTACT, contact_scales
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, ReturningTrack
+
+FASTEST = 1e8
+"""Largest Péclet number with heat: integrals over time take √P nodes, seconds of CPU here on a coarse grid and minutes at 1e12.
+Steel on a contact of 10 mm reaches it at about 1e5 m/s, above its speeds of sound."""
 
 THINNEST = 1e-6
 """Thickness of a coating in smaller semi-axes of the contact: rounding in the stresses of a layer grows like 1e-16 over the
@@ -34,6 +39,8 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     if problem.motion.speed < 0.0:
         yield Unsolvable(f"the rolling speed of {problem.motion.speed:g} m/s is negative", "rolling.speed_m_s",
                          "a speed above 0: backwards, creepages and forces change their signs")
+    if heating.heat and heating.peclet != "stationary":
+        yield from _fast_heat(derived)
     if problem.line and heating.heat and abs(problem.motion.creepage_x or 0.0) == 2.0:
         yield Unsolvable("one body stands still at this creepage: heat without ends has no steady temperature on it",
                          "creepage.longitudinal", "a creepage at which both bodies move, or thermal.heat = false")
@@ -47,6 +54,15 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
         track = getattr(problem.heating, f"{body}_track")
         if track is not None:
             yield from _track(derived, body, track)
+
+
+def _fast_heat(derived: DerivedQuantities) -> Iterator[Unsolvable]:
+    """The nodes of the thermal integrals are as close as the material drifts while heat spreads: their number grows with √P."""
+    peclet = float(np.fmax(*peclet_numbers(derived)))  # one without constants of heat is nan
+    if peclet > FASTEST:
+        yield Unsolvable(f"with heat at a Péclet number of {peclet:.1e}: temperatures are computed up to {FASTEST:.0e}",
+                         "rolling.speed_m_s",
+                         f"at most {derived.problem.motion.speed * FASTEST / peclet:.3g} here, or heat = false in [thermal]")
 
 
 @lru_cache(maxsize=2)
