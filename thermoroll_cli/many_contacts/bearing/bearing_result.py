@@ -282,9 +282,10 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
         found = together(name, summaries, scalar.together)
         if name not in errors and not math.isnan(found[0]):
             scalars[name], errors[name] = found
-    for name in ("Q_F_W", "T_gamma_N"):  # no better known than by each contact alone
+    for name in ("Q_F_W", "T_gamma_N"):  # no better known than by each contact alone: `errors` have the motion of all
         if name in errors:
-            errors[name] = max(errors[name], sum(contact.uncertainty[name] for contact in contacts))
+            errors[name] = max(errors[name], sum(len(ball.members) * contact.result.uncertainty[name]
+                                                 for ball in solved.balls for contact in ball.contacts.values()))
     if problem.rolls and contacts:
         torque = 0.0
         for ball in solved.balls:
