@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import tomli_w
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from thermoroll_cli.files.case import Case, CaseError
@@ -79,10 +79,19 @@ def cases(draw: st.DrawFn) -> dict[str, Any]:
     return content
 
 
+def parsed(content: dict[str, Any]) -> Case:
+    """The case; another one is drawn if it is refused because it moves too fast for its heat."""
+    try:
+        return Case.parse(tomli_w.dumps(content))
+    except CaseError as error:
+        assume("Péclet" not in str(error))
+        raise
+
+
 @given(cases())
 @BOUNDED
 def test_round_trip_through_toml_and_json(content: dict[str, Any]) -> None:
-    case = Case.parse(tomli_w.dumps(content))
+    case = parsed(content)
     again = Case.parse(case.to_toml())
     assert again.settings == case.settings
     assert again.problem == case.problem
@@ -93,7 +102,7 @@ def test_round_trip_through_toml_and_json(content: dict[str, Any]) -> None:
 @given(cases())
 @BOUNDED
 def test_units(content: dict[str, Any]) -> None:
-    problem = Case.parse(tomli_w.dumps(content)).problem
+    problem = parsed(content).problem
     for body, material in (("lower", problem.lower), ("upper", problem.upper)):
         given_material = content["material"].get(body, content["material"])
         assert material.youngs_modulus == pytest.approx(given_material["youngs_modulus_GPa"] * 1e9, rel=1e-15)
