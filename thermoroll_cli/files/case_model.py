@@ -164,7 +164,6 @@ class LoadTable(Table):
                                                   None, ge=0, le=10)  # fmt: skip
 
 
-"""Keys of which a contact has one."""
 OVER_ANGLE = "[degrees, coefficient], degrees increasing from -180 to 180, coefficients from 0 to 10"
 
 

@@ -10,6 +10,7 @@ from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import Answer, At, Kind, Planned
 
 LOADS = ("normal_N", "normal_N_mm", "hertz_pressure_MPa", "approach_um", "vertical_N")
+"""Keys of which a contact has one."""
 
 
 class ContactKind(Kind):
