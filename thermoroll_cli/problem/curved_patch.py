@@ -9,9 +9,9 @@ load is ∬ p cos α. Influence coefficients stay those of a half-space in the a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
@@ -26,6 +26,7 @@ from thermoroll_cli.problem.geometry import (
     surfaces,
 )
 from thermoroll_cli.problem.rounding import Rounding
+from thermoroll_cli.problem.surface import edges
 from thermoroll_cli.tools.arrays import Array
 
 SAMPLES = 401
@@ -57,8 +58,8 @@ class CurvedPatch(ContactGeometry):
     The shapes of the bodies slip over each other at (slip_x, slip_y + spin x) V, with `spin` in rad/m, in addition to the
     creepages and the spin of the frame. `free_ends` says at which end of the table material ends, and which of these is `cut`
     because the model ends there; at other ends the gap of a neighbouring patch begins. Radii are those along rolling (m).
-    `rounded` is the rounding of the profiles that the tables come from. Where bodies change along rolling the gap has a `rest`
-    (m) beside these powers: a row for each distance d of `rest_at` (m), which goes on beyond its ends.
+    `rounded` is the rounding of the profiles that the tables come from. Where bodies change along rolling, `heights` close the
+    gap beside these powers (`surface.Closing`, None: nothing).
     """
 
     y: Row
@@ -77,8 +78,7 @@ class CurvedPatch(ContactGeometry):
     free_ends: tuple[bool, bool] = (False, False)
     cut: tuple[bool, bool] = (False, False)
     rounded: tuple[Rounding, ...] = ()
-    rest_at: Row = ()
-    rest: tuple[Row, ...] = ()
+    heights: Any = None
 
     def __hash__(self) -> int:
         # Hash a sample of the tables; hashing all costs more than most cached results.
@@ -107,7 +107,7 @@ class CurvedPatch(ContactGeometry):
 
     @property
     def leans(self) -> bool:
-        return any(self.x_lowest) or bool(self.rest)
+        return any(self.x_lowest) or self.heights is not None
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -122,7 +122,7 @@ class CurvedPatch(ContactGeometry):
         def small(rest: Array, of: Array) -> bool:
             return bool((np.abs(rest).max(axis=1) <= SYMMETRY_TOLERANCE * np.abs(of).max(axis=1)).all())
 
-        if skew.any() or self.rest:
+        if skew.any() or self.heights is not None:
             return False
         return small(columns - columns[:, ::-1], columns) and small(odd + odd[:, ::-1], odd)
 
@@ -141,11 +141,7 @@ class CurvedPatch(ContactGeometry):
         _, _, _, lowest, curvature, cubic, quartic, *_ = self._at(y)
         d = x[:, None] - lowest
         gap = np.asarray(self.across(y) + d**2 * (0.5 * curvature + d * (cubic + d * quartic)))
-        return gap + self._rest(d, y) if self.rest else gap
-
-    @cached_property
-    def _rest(self) -> Callable[[Array, Array], Array]:
-        return rest_of(np.array(self.rest_at), np.array(self.y), np.array(self.rest))
+        return gap if self.heights is None else gap - self.heights.over(*(edges(at, at[1] - at[0]) for at in (x, y)))
 
     def inclination(self, y: Array) -> Array:
         return np.asarray(self._at(y)[1])
@@ -165,17 +161,6 @@ class CurvedPatch(ContactGeometry):
         lateral, inclination, *_, slip_y, spin = self._at(y)
         return np.stack(np.broadcast_arrays(along - turning * lateral,
                                             (across + turning * x) * np.cos(inclination) + slip_y + spin * x))
-
-
-def rest_of(along: Array, y: Array, rest: Array) -> Callable[[Array, Array], Array]:
-    """`rest` (n, m) at the places `along` (n,) and `y` (m,), as a function of d (k, l) and y (l,); beyond their ends as
-    there."""
-    spline = scipy.interpolate.RectBivariateSpline(along, y, rest, kx=3, ky=3)
-
-    def at(d: Array, across: Array) -> Array:
-        return np.asarray(spline.ev(np.clip(d, along[0], along[-1]), np.clip(across, y[0], y[-1])))
-
-    return at
 
 
 def conformal_patch(geometry: Geometry, shares: tuple[float, float]) -> CurvedPatch:
@@ -219,11 +204,12 @@ def conformal_patch(geometry: Geometry, shares: tuple[float, float]) -> CurvedPa
     slip_x = curvature * (height - at_origin - (lateral - zero) * conicity)
     spin = curvature * (conicity * np.cos(inclination) - np.sin(inclination))
     nothing = np.zeros(SAMPLES)
-    rows = {"y": s, "lateral": lateral, "angle": inclination, "gap_lowest": gap[0], "x_lowest": nothing,
-            "curvature": 2.0 * (4.0 * first - second) / 3.0, "cubic": nothing, "quartic": (second - first) / (3.0 * scale**2),
-            "slip_x": slip_x, "slip_y": nothing, "spin": spin}
-    return CurvedPatch(**{name: tuple(row.tolist()) for name, row in rows.items()}, lower_radius_x=geometry.lower_radius_x,
-                       upper_radius_x=geometry.upper_radius_x, free_ends=(True, True), cut=cut)
+    columns = {"y": s, "lateral": lateral, "angle": inclination, "gap_lowest": gap[0], "x_lowest": nothing,
+               "curvature": 2.0 * (4.0 * first - second) / 3.0, "cubic": nothing,
+               "quartic": (second - first) / (3.0 * scale**2), "slip_x": slip_x, "slip_y": nothing, "spin": spin}
+    rows: dict[str, Any] = {name: tuple(column.tolist()) for name, column in columns.items()}
+    return CurvedPatch(**rows, lower_radius_x=geometry.lower_radius_x, upper_radius_x=geometry.upper_radius_x,
+                       free_ends=(True, True), cut=cut)
 
 
 def _common(lower: Surface, upper: Surface, shares: tuple[float, float], y: Array, n: int) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from typing import Any, ClassVar, Literal
 
@@ -304,8 +304,8 @@ class Problem(Task):
     - `interlayer`: the third body between the surfaces (`Interlayer`);
     - `subsurface`, `wear`: requests beyond the contact (`SubsurfaceRequest`, `Wear`), None without;
     - `length`: of a line contact over time in m: displacements grow with its logarithm. Steady states do not know it (inf);
-    - `heights`: what closes the gap besides the shapes of `geometry`, over places along x and y (`surface.Heights`), None:
-      nothing. Files of results do not keep them;
+    - `heights`: what rolls through the contact and closes the gap besides the shapes of `geometry`, over places along x and y
+      (`surface.Closing`), None: nothing;
     - `hertz_pressure`: the pressure (Pa) that `normal_force` was chosen for, None if it was not.
 
     `solve` raises ValueError for a problem that has no steady state.
@@ -330,6 +330,12 @@ class Problem(Task):
     length: float = math.inf
     heights: Any = None
     hertz_pressure: float | None = None
+
+    @property
+    def smooth(self) -> Problem:
+        """This problem without what closes its gap beside smooth shapes, which files of results do not keep."""
+        geometry = replace(self.geometry, heights=None) if isinstance(self.geometry, CurvedPatch) else self.geometry
+        return replace(self, geometry=geometry, heights=None)
 
     @property
     def load_is_given(self) -> bool:

@@ -1,4 +1,5 @@
-"""Heights of a body over its smooth shape: roughness, waves, dents, flats. They close the gap where they stand.
+"""What closes a gap beside smooth shapes: heights of a body over its own, roughness, waves, dents, flats, and by how much the
+surfaces of a patch depart from its wheel of revolution on a straight rail.
 
 Heights are positive out of the body, in m, and functions of u, the distance along the surface in the order in which its points
 come into the contact, and of y across rolling. The material of a body that has moved by s stands in the contact's frame at
@@ -102,18 +103,51 @@ def _sums(values: Array, along: AnyArray, across: AnyArray) -> Array:
     return found
 
 
-class Heights(Protocol):
-    """Heights that are known everywhere."""
+class Closing(Protocol):
+    """What closes a gap, known everywhere: of a `Problem` what rolls through its contact, of a `CurvedPatch` a part of its
+    shape."""
+
+    def over(self, along: Array, across: Array) -> Array:
+        """Mean heights in m, (n, m), over the rectangles between rising places in m: `along` (n + 1,), `across` (m + 1,). The
+        one rectangle of a line contact goes from −inf to inf across."""
+        ...
+
+
+class Heights(Closing, Protocol):
+    """Heights of a body, over u in place of x."""
 
     @property
     def texture(self) -> Texture:
         """How rough they are."""
         ...
 
+
+@dataclass(frozen=True)
+class Departure:
+    """By how much surfaces are `closer` (n, m) in m than those of the shape, at the distances `along` (n,) from the place
+    `middle` (m,) of each line `across` (m,), all in m, joined by splines; beyond their ends as there. Elements see it at their
+    centres, as they see the shape."""
+
+    along: tuple[float, ...]
+    across: tuple[float, ...]
+    middle: tuple[float, ...]
+    closer: tuple[tuple[float, ...], ...]
+
+    def __hash__(self) -> int:
+        # A sample: hashing all costs more than most cached results.
+        return hash((self.along[0], self.across[0], self.middle[:: 1 + len(self.middle) // 16]))
+
+    @cached_property
+    def _splines(self) -> tuple[scipy.interpolate.CubicSpline, scipy.interpolate.RectBivariateSpline]:
+        return (scipy.interpolate.CubicSpline(self.across, self.middle),
+                scipy.interpolate.RectBivariateSpline(self.along, self.across, self.closer, kx=3, ky=3))
+
     def over(self, along: Array, across: Array) -> Array:
-        """Mean heights in m, (n, m), over the rectangles between rising places in m: `along` (n + 1,), `across` (m + 1,). The
-        one rectangle of a line contact goes from −inf to inf across."""
-        ...
+        """As `Closing.over`."""
+        middle, closer = self._splines
+        x, y = (0.5 * (ends[1:] + ends[:-1]) for ends in (along, across))
+        y = np.clip(y, self.across[0], self.across[-1])
+        return np.asarray(closer.ev(np.clip(x[:, None] - middle(y), self.along[0], self.along[-1]), y))
 
 
 @dataclass(frozen=True)
@@ -124,7 +158,7 @@ class SurfacesInContact:
     surfaces: tuple[tuple[Heights, tuple[float, float]], ...]
 
     def over(self, along: Array, across: Array) -> Array:
-        """As `Heights.over`, with places along x."""
+        """As `Closing.over`."""
         return np.sum([surface.over((moved - along)[::-1], across - sideways)[::-1]
                        for surface, (moved, sideways) in self.surfaces], axis=0)
 
@@ -143,7 +177,7 @@ class Sum:
                        np.concatenate([one.waves for one in each], axis=1), np.concatenate([one.power for one in each]))
 
     def over(self, along: Array, across: Array) -> Array:
-        """As `Heights.over`."""
+        """As `Closing.over`."""
         return np.sum([part.over(along, across) for part in self.parts], axis=0)
 
 
@@ -167,7 +201,7 @@ class MeasuredHeights:
         return Texture.of(self.heights, self.spacing, repeats=repeats)
 
     def over(self, along: Array, across: Array) -> Array:
-        """As `Heights.over`."""
+        """As `Closing.over`."""
         key = across.tobytes()
         if key not in self._columns:
             # Steps without lateral creepage ask for the same columns again.
@@ -226,7 +260,7 @@ class Wave:
                        np.array([0.5 * (k * self.amplitude) ** 2]))
 
     def over(self, along: Array, across: Array) -> Array:
-        """As `Heights.over`: the wave at the centre, less what its mean loses."""
+        """As `Closing.over`: the wave at the centre, less what its mean loses."""
         k = 2.0 * math.pi / self.length
         mean = self.amplitude * np.ones((len(along) - 1, len(across) - 1), dtype=complex)
         # Waves along or across have no other part: sin π is not 0, and the width of a line contact is infinite.
@@ -263,7 +297,7 @@ class Dent:
         return Texture.of(around, (float(ends[1] - ends[0]),) * 2, repeats=True)
 
     def over(self, along: Array, across: Array) -> Array:
-        """As `Heights.over`; in closed form, since a Gaussian is a product of one along and one across."""
+        """As `Closing.over`; in closed form, since a Gaussian is a product of one along and one across."""
         if math.isfinite(self.turn):
             along = along - self.turn * round((0.5 * float(along[0] + along[-1]) - self.start) / self.turn)
         (one, square), (other, square_across) = (
@@ -311,7 +345,7 @@ class Flat:
                           (float(ends[1] - ends[0]), 1.0), repeats=True)
 
     def over(self, along: Array, across: Array) -> Array:
-        """As `Heights.over`."""
+        """As `Closing.over`."""
         places = along - self.start
         if math.isfinite(self.turn):
             turns = np.round(places / self.turn)

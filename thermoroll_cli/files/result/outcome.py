@@ -102,7 +102,7 @@ def tree_of(result: Result) -> Node:
         nodes["lines"] = Node(arrays)
     if result.assembly:
         nodes["patches"] = Node(nodes={patch.name: tree_of(patch.with_case("", "")) for patch in result.contacts})
-    problem = dataclasses.asdict(dataclasses.replace(result.problem, heights=None)) | {"title": storable(result.problem.title)}
+    problem = dataclasses.asdict(result.problem.smooth) | {"title": storable(result.problem.title)}
     texts = {"case_text": result.case_text, "case_json": result.case_json, "problem_json": json.dumps(problem)}
     nodes["input"] = of_texts(texts)
     plain = {name: getattr(result, name) for name in PLAIN} | ({"patches": ()} if result.contacts else {})

@@ -13,7 +13,7 @@ from thermoroll_cli.physics.contact.active_set import Approach
 from thermoroll_cli.physics.contact.normal_contact import NormalSolver
 from thermoroll_cli.physics.halfspace.bodies import Bodies
 from thermoroll_cli.physics.numerics.grid import Grid
-from thermoroll_cli.problem.curved_patch import rest_of
+from thermoroll_cli.problem.surface import edges
 from thermoroll_cli.tools.arrays import Array
 
 COARSE_GRID = (24, 48)
@@ -82,6 +82,7 @@ def _gap(patch: PatchSurface, grid: Grid) -> Array:
     lowest, x_lowest, *powers = scipy.interpolate.CubicSpline(s, np.array([lowest, x_lowest, *fitted]).T)(grid.y).T
     away = grid.x[:, None] - x_lowest
     gap = lowest + sum(power * away**n for n, power in enumerate(powers, 2))
-    if patch.rest is not None:
-        gap = gap + rest_of(patch.rest[0], s, patch.rest[1])(away, grid.y)
+    if patch.heights is not None:
+        # Against the track: y = −s.
+        gap = gap - patch.heights.over(edges(-grid.x[::-1], grid.dx), edges(-grid.y[::-1], grid.dy))[::-1, ::-1]
     return np.where((grid.y >= s[0]) & (grid.y <= s[-1]), gap, 1.0)

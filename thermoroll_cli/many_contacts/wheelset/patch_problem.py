@@ -69,13 +69,10 @@ def problem_of_patch(contact: Problem, carrying: CarryingPatch, motion: MotionOf
                "curvature": 2.0 * fitted[0], "cubic": -fitted[1], "quartic": fitted[2],
                "slip_x": slips[0], "slip_y": slips[1], "spin": slips[2]}
     rows: dict[str, Any] = {name: tuple(column[::-1].tolist()) for name, column in columns.items()}
-    if patch.rest is not None:
-        along, values = patch.rest
-        rows |= {"rest_at": tuple((-along[::-1]).tolist()), "rest": tuple(map(tuple, values[::-1, ::-1].tolist()))}
     low_free, high_free = patch.free_ends
     low, high = patch.limits
     roller = patch.facing.rail.roller
-    geometry = CurvedPatch(**rows, lower_radius_x=roller.radius if roller else math.inf,
+    geometry = CurvedPatch(**rows, heights=patch.heights, lower_radius_x=roller.radius if roller else math.inf,
                            upper_radius_x=patch.facing.wheel.radius,
                            free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)),
                            rounded=_rounded(patch))

@@ -17,6 +17,7 @@ from thermoroll_cli.many_contacts.wheelset.kinematics import directions
 from thermoroll_cli.many_contacts.wheelset.placement import Position
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable, common_surface
+from thermoroll_cli.problem.surface import Closing
 from thermoroll_cli.tools.arrays import Array
 
 NEWTON_SWEEPS = 6
@@ -324,9 +325,8 @@ class PatchSurface:
         return s, lowest, x_lowest, fitted / np.array([half**2, half**3, half**4])[:, None]
 
     @property
-    def rest(self) -> tuple[Array, Array] | None:
-        """Distances along from the smallest gap of each line (m,), and what the gap there has beside that and its powers in the
-        `table` (m, (m, n)); None: nothing."""
+    def heights(self) -> Closing | None:
+        """What closes the gap beside the powers in the `table`, over the places −x and −s; None: nothing."""
         return None
 
     @property

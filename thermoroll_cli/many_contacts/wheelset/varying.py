@@ -21,6 +21,7 @@ from thermoroll_cli.many_contacts.wheelset.patch_surface import NEAR, PatchSurfa
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.surface import Departure
 from thermoroll_cli.tools.arrays import Array
 
 REACH, COARSE, FINE = 0.2, 2.5e-3, 2.5e-4
@@ -231,8 +232,8 @@ class VaryingPatch(PatchSurface):
         return -float(least[k]), float(s[k])
 
     @cached_property
-    def _known(self) -> tuple[tuple[Array, Array, Array, Array], tuple[Array, Array]]:
-        """`table`, and `rest` with its places (m) along."""
+    def _known(self) -> tuple[tuple[Array, Array, Array, Array], Departure]:
+        """`table` and `heights`."""
         s, *_ = super().table
         x, gap, place, least = self._lines(s, AROUND)
         # As far as the bodies would overlap three times as deep.
@@ -243,9 +244,10 @@ class VaryingPatch(PatchSurface):
         y = self.places(s)[:, 1]
         gap = PatchSurface.gap(self, place + away, s) - self.departs(place + away, np.broadcast_to(y, away.shape[:1] + y.shape))
         bend = 0.5 * np.cos(self.inclination(s)) / self.facing.wheel.radius
-        left = gap - least - bend * away**2
+        closer = np.nan_to_num(least + bend * away**2 - gap, posinf=0.0, neginf=0.0)
+        along, across, middle = (tuple((-places[::-1]).tolist()) for places in (away[:, 0], s, place))
         return ((s, least, place, np.stack((bend, 0.0 * s, 0.0 * s))),
-                (away[:, 0], np.where(np.isfinite(left), left, 0.0)))
+                Departure(along, across, middle, tuple(map(tuple, closer[::-1, ::-1].tolist()))))
 
     @property
     def table(self) -> tuple[Array, Array, Array, Array]:
@@ -253,7 +255,7 @@ class VaryingPatch(PatchSurface):
         return self._known[0]
 
     @property
-    def rest(self) -> tuple[Array, Array]:
+    def heights(self) -> Departure:
         return self._known[1]
 
 
