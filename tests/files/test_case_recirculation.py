@@ -71,6 +71,16 @@ def test_what_must_hold_beside_it(old, new, key, message):
     assert not Case.parse(SPHERES.replace(old, new) + COOLED.replace("true", "false")).problem.heating.recirculates
 
 
+@pytest.mark.parametrize("body", ["lower", "upper"])
+def test_a_body_turns_up_to_a_creepage_of_two(body):
+    """It moves at V (1 ± ξ/2) as the other one slows down or speeds up, and stands still at 2."""
+    track, sign = COOLED.replace("upper", body), -1.0 if body == "lower" else 1.0
+    for creepage, turns in ((1.99, True), (2.0, False), (-2.01, True)):
+        text = SPHERES.replace("longitudinal = 0.003", f"longitudinal = {sign * creepage}") + track
+        with contextlib.nullcontext() if turns else pytest.raises(CaseError, match=f"the {body} body stands still"):
+            Case.parse(text)
+
+
 def test_a_table_must_be_a_table():
     (found,) = findings(SPHERES + "upper = 3.0\n")
     assert found.key == "thermal.upper" and "table" in found.message

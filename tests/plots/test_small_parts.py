@@ -9,12 +9,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tests.support import synthetic
-from tests.support.problems import STEEL, rolling
+from tests.support.problems import STEEL, elastic, rolling
 from thermoroll_cli.plots import animation
 from thermoroll_cli.plots.maps import border_handles, colours_of
 from thermoroll_cli.plots.run_frame import TEMPERATURE, frame_of
 from thermoroll_cli.plots.subsurface_figures import subsurface_figure
-from thermoroll_cli.problem.problem import Heating, SubsurfaceRequest
+from thermoroll_cli.problem.problem import Heating, Layer, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import solve
 
@@ -62,3 +62,16 @@ def test_the_panel_of_temperatures_ends_behind_the_heated_skin() -> None:
     bottom, top = picture.axes[2].get_ylim()
     assert 1.25 * skin < 0.7 * below.depths[-1]
     assert top == 0.0 and bottom == 1.25 * skin * frame.lengths[0].factor
+
+
+def test_largest_stresses_over_depth_are_those_of_the_plane() -> None:
+    """Beside the interfaces of a coating: von Mises and shear stresses."""
+    coated = replace(elastic(0.28), layers=(Layer(2e-5, 300e9, 0.25),))
+    problem = replace(rolling(grid=12, body=coated, creepage=(0.003, 0.0)), subsurface=SubsurfaceRequest(("lower",), layers=8))
+    result = solve(problem)
+    picture, plane = subsurface_figure(frame_of(result), "lower"), result.bodies["lower"].plane
+    assert picture is not None
+    assert picture.axes[3].get_xlabel().endswith("(MPa)")
+    shear = np.hypot(plane["stress_xz"], plane["stress_yz"])
+    for line, stress in zip(picture.axes[3].lines, (plane["von_mises"], shear), strict=False):
+        np.testing.assert_allclose(np.asarray(line.get_xdata()), 1e-6 * stress.max(axis=1), rtol=1e-5)

@@ -14,7 +14,7 @@ from tests.support.profiles import below, points
 from tests.support.sampling import sampled
 from tests.support.scenes import MECHANICAL, STEEL, accurate_to, reference_problem, rolling
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.one_contact.refinement.error_estimates import estimate, missed_accuracy
+from thermoroll_cli.one_contact.refinement.error_estimates import estimate, missed_accuracy, reported
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.geometry import Geometry
@@ -37,6 +37,17 @@ def printed(result: Result, name: str) -> tuple[float, float]:
 def test_a_value_of_known_order_is_covered_by_the_safety_factor(order: float) -> None:
     values = [1.0 + 0.3 / n**order for n in (16, 32, 64)]
     assert estimate(values, 1.0, order=order, floor=0.0) == pytest.approx(1.25 * 0.3 / 64**order, rel=1e-9)
+
+
+def test_errors_of_second_order_are_taken_off_what_is_reported() -> None:
+    """1 + c/N² on N = 16, 32 and 64 is 1 on the finest; a value that turns back stays, and so does what is given."""
+    derived = DerivedQuantities(rolling(creepage=(0.003, 0.0), heating=MECHANICAL))
+    levels = [{"force_x_N": 1.0 + 50.0 / n**2, "force_y_N": turned, "creepage_longitudinal": 1.0 + 50.0 / n**2}
+              for n, turned in ((16, 1.0), (32, 1.2), (64, 1.1))]
+    found = reported(levels, derived)
+    assert found["force_x_N"] == pytest.approx(1.0, rel=1e-12)
+    assert (found["force_y_N"], found["creepage_longitudinal"]) == (1.1, levels[-1]["creepage_longitudinal"])
+    assert reported(levels[1:], derived) == levels[-1]
 
 
 def test_values_that_agree_by_accident_are_not_believed() -> None:

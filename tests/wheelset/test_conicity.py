@@ -7,15 +7,20 @@ import json
 import math
 from functools import cache
 from pathlib import Path
+from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from tests.support.command_line import call
 from tests.support.documents import printed
 from thermoroll_cli import CaseError, conicity
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.many_contacts.wheelset.conicity import CLIMBS, ENDED, _limits, _potential
+from thermoroll_cli.plots import style
+from thermoroll_cli.plots.conicity_figure import draw_conicity
 
 FOLDER = Path(__file__).parents[1] / "reference" / "conicity"
 
@@ -157,6 +162,18 @@ def test_command_writes_tables_a_picture_and_json(tmp_path):
     assert [float(row["rolling_radius_difference_mm"]) for row in shifts] == record["rolling_radius_difference_mm"]
     printed = call("conicity", "cases/manchester.toml", "-o", tmp_path, "--no-plots").stdout
     assert "conicity_3mm       0.180" in printed and "jumps" in printed
+
+
+def test_numbers_in_the_picture_stand_within_its_axes_above_the_curve(tmp_path):
+    drawn: list[Any] = []
+    with mock.patch.object(style, "save", lambda figure, *_: drawn.append(figure)):
+        draw_conicity(tmp_path / "cones.png", conicity(tables(cone(0.1), cone(0.1), rail=crown(250.0)), [2.0, 3.0, 4.0]), "")
+    FigureCanvasAgg(drawn[0]).draw()
+    axes = drawn[0].axes[1]
+    words = axes.texts[0].get_window_extent()
+    assert "0.100 at 3 mm" in axes.texts[0].get_text()
+    assert axes.transData.transform((3.0, 0.1))[1] < words.y0 and words.y1 < axes.bbox.y1
+    assert axes.bbox.x0 < words.x0 and words.x1 < axes.bbox.x1
 
 
 def test_points_of_contact_are_those_of_cones_on_crowns():

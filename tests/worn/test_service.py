@@ -120,6 +120,21 @@ def test_an_outline_moves_along_its_normals(mirrored: bool) -> None:
         assert radii == pytest.approx(np.full(len(radii), 0.3 - sign * 1e-3), abs=2e-7)
 
 
+@pytest.mark.parametrize("angle", [0.0, 1.2, 2.4])
+def test_wear_lies_on_the_rows_it_is_worn_off(angle: float) -> None:
+    """Between two places along a straight outline, neither of them at a sample or at the end of a row, in either order."""
+    direction = np.array([math.cos(angle), math.sin(angle)])
+    ends = [[-0.3, 0.2] + 0.02 * k * direction for k in range(2)]
+    outline = WornOutline.new(tuple((float(y), float(z)) for y, z in ends), wheel=False)
+    line = curve(outline.points).samples[:2]
+    first, last, rows = 7.31e-3, 12.87e-3, np.arange(len(outline.depth) + 1) * outline.size
+    within = np.diff(np.clip(rows, first, last)) / (last - first)
+    for order in (1, -1):
+        places = (ends[0] + np.linspace(first, last, 9)[:, None] * direction).T[:, ::order]
+        found = outline.deposited(line, places, np.full(8, 0.5e-6))
+        assert found * outline.size == pytest.approx(4e-6 * within, abs=1e-12)
+
+
 def test_flange_of_a_new_wheel_is_that_of_its_drawing() -> None:
     """S1002: Sh 28 mm, Sd 32.5 mm, qR 10.8 mm."""
     wheel = ONE.task.wheels["right"]
