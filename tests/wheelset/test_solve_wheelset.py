@@ -86,11 +86,19 @@ def test_the_moment_of_the_pressure_brakes_a_wheel_of_another_material():
         "[material.lower]\nyoungs_modulus_GPa = 209.92\npoisson_ratio = 0.28\n"
         "[material.upper]\nyoungs_modulus_GPa = 70.0\npoisson_ratio = 0.33")
     unlike = unlike.replace("lateral_shift_mm = 4.0\nyaw_mrad = 9.6", "lateral_shift_mm = 0.0\ntraction_N = 800.0")
-    result = solve(Case.from_dict(tomllib.loads(unlike)))
+    result = solve(Case.from_dict(tomllib.loads(unlike.replace("grid = 24", "grid = 10"))))
     assert result.converged, result.reason
     brakes = 1e-3 * result["rolling_resistance_moment_Nmm"] * 2.0 / 0.46
     assert abs(brakes) > 0.2 * result["Q_F_W"]
     assert result["power_balance_error"] < 0.05
+
+
+def test_traction_and_load_are_met():
+    """To 1e-4 of what friction can carry, and of the load."""
+    pulls = TEXT.replace("lateral_shift_mm = 4.0\nyaw_mrad = 9.6", "lateral_shift_mm = 6.0\ntraction_N = 800.0")
+    result = solve(Case.from_dict(tomllib.loads(pulls.replace("grid = 24", "grid = 8"))))
+    assert result["track_force_x_N"] == pytest.approx(-800.0, abs=1e-4 * 0.3 * 20e3)
+    assert result["track_force_z_N"] == pytest.approx(20e3, rel=1e-4)
 
 
 @pytest.mark.parametrize(("name", "tolerance"), [
