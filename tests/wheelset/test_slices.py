@@ -121,6 +121,22 @@ def test_the_axle_over_a_flat_is_as_high_as_its_chord() -> None:
     assert result["contact_area_mm2"] > 2.0 * round_one["contact_area_mm2"]
 
 
+def test_the_surface_between_slices() -> None:
+    """Of a rail that is a parabola along the track of radius R: through the slices it is that everywhere; with slices as
+    control points h apart cubic B-splines lie h²/(6 R) inside of it. A jump of their lengths, an interruption, disturbs
+    none."""
+    step, radius = 0.02, 5.0
+    at = tuple(step * k for k in range(12))
+    outlines = tuple(((-0.02, s**2 / (2.0 * radius)), (0.02, s**2 / (2.0 * radius))) for s in at)
+    wide = tuple(((-0.1, 0.3), (0.1, 0.3)) for _ in range(3))
+    for control, inside in ((False, 0.0), (True, step**2 / (6.0 * radius))):
+        slices = Slices(at, outlines, control=control)
+        interrupted = Slices((*at, 0.24, 0.26, 0.28), outlines + wide, control=control)
+        for s in (0.1, 0.1037, 0.187):
+            for surface in (slices, interrupted):
+                assert surface.lines_at(s)[0, 1] == pytest.approx(s**2 / (2.0 * radius) + inside, abs=1e-12), (control, s)
+
+
 def test_a_part_that_begins_ends_where_its_first_slice_is() -> None:
     """Features of all slices; the second part exists from 10 mm on."""
     short, whole = ((0.0, 0.0), (0.02, 0.0)), ((0.0, 0.0), (0.02, 0.0), (0.03, -0.01))
@@ -148,7 +164,8 @@ def test_files_of_slices_are_read_shown_and_kept_in_the_case(tmp_path: Path) -> 
     for name, z in (("a", 0.0), ("b", -1.0)):
         (tmp_path / f"{name}.csv").write_text("\n".join(f"{y} {height}" for y, height in rail(z)))
     (tmp_path / "nose.slcs").write_text(SLCS)
-    first, second = read_slices(tmp_path / "nose.slcs")
+    (first, second), control = read_slices(tmp_path / "nose.slcs")
+    assert not control
     assert (first.at, second.at) == (10.0, 30.0) and second.features == [0.0, 30.0, 60.5] and first.features[-1] == -1.0
     (tmp_path / "nose.slcs").write_text(SLCS.replace("  3 1 0", "  0 0 0"))
     content = tables({"file": str(tmp_path / "nose.slcs"), "flip": False}, PLAIN[1], position_mm=20.0)

@@ -317,9 +317,9 @@ class _Checker:
         try:
             if listed and named.lower().endswith(SLICES[1]) != wheel:
                 raise TableError(f"{named} has slices {'around a wheel' if not wheel else 'along a track'}")
-            files = read_slices(os.path.join(folder, named)) if listed else [
+            files, control = read_slices(os.path.join(folder, named)) if listed else ([
                 SliceFile(at, file, []) for at, file in table.slices or ()
-                if isinstance(at, float | int) and isinstance(file, str)]
+                if isinstance(at, float | int) and isinstance(file, str)], False)
             if len(files) < len(table.slices or ()):
                 raise TableError("a slice is a pair of its place, a number, and the name of its file")
             folder = os.path.dirname(os.path.join(folder, named)) if listed else folder
@@ -336,7 +336,10 @@ class _Checker:
         unit = "degrees" if wheel else "mm"
         note = f"the first of {len(files)} slices from {files[0].at:.6g} to {files[-1].at:.6g} {unit}"
         self.readings[".".join(map(str, path))] = replace(first, note=", ".join(filter(None, (first.note, note))))
-        return {**dict.fromkeys(OF_A_FILE), "file": None, "slices": None, "sections": sections}
+        if table.control_points is not None:
+            control = table.control_points
+        return {**dict.fromkeys(OF_A_FILE), "file": None, "slices": None, "sections": sections,
+                "control_points": control or None}
 
     @cached_property
     def kind(self) -> Kind:

@@ -62,6 +62,8 @@ class OutlineTable(Table):
         min_length=1, max_length=1000)
     sections: list[SliceTable] | None = Field(default=None, description="Slices with their points, as they are read from files",
                                               min_length=1, max_length=1000)
+    control_points: bool | None = Field(default=None, description="Slices are control points of splines along rolling, which "
+                                        "smooth what changes from slice to slice; else the surface goes through them")
     unit: LengthUnit | None = unit_key("the file; else as it says, or mm")
     height_unit: LengthUnit | None = unit_key("its second column, if that differs")
     side: Literal["left", "right"] | None = Field(default=None, description="Side, of a file that has both; the right one if "
@@ -241,4 +243,5 @@ def slices_of(table: OutlineTable, *, wheel: bool) -> Slices | None:
         outlines.append(smoothed(outline, wavelength) if wavelength else outline)
     at = tuple(math.radians(each.at) if wheel else each.at / 1e3 for each in table.sections)
     features = tuple(tuple(mark / 1e3 for mark in each.features_mm or ()) for each in table.sections)
-    return Slices(at, tuple(outlines), features if features[0] else (), wheel and at[-1] - at[0] > ALL_AROUND)
+    return Slices(at, tuple(outlines), features if features[0] else (), wheel and at[-1] - at[0] > ALL_AROUND,
+                  bool(table.control_points))

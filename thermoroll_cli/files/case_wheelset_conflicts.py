@@ -55,6 +55,8 @@ def _placed(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
                 continue
             if outline.sections and outline.points_mm:
                 yield Conflict((*place, "sections"), "cannot be given together with points_mm", "one of both", at_key=True)
+            if outline.control_points and not outline.sections:
+                yield Conflict((*place, "control_points"), "the outline has no slices", "slices, or left out")
             if len({len(each.features_mm or ()) for each in outline.sections or ()}) > 1:
                 yield Conflict((*place, "sections"), "features_mm are not as many in each slice", "as many in each, or none",
                                at_key=True)

@@ -167,9 +167,16 @@ class SliceFile(NamedTuple):
     features: list[float]
 
 
-def read_slices(path: str | os.PathLike[str]) -> list[SliceFile]:
-    """The slices of a .slcs or .slcw file: offset and scale of places, counts of slices and of features, the interpolation, the
-    slices, and a row of features for each. Raises TableError."""
+class SliceFiles(NamedTuple):
+    """The slices of a file, and whether they are control points of the surface."""
+
+    slices: list[SliceFile]
+    control: bool
+
+
+def read_slices(path: str | os.PathLike[str]) -> SliceFiles:
+    """The slices of a .slcs or .slcw file: offset and scale of places, counts of slices and of features, the interpolation (1:
+    through the slices, 2: control points), the slices, and a row of features for each. Raises TableError."""
     name = os.path.basename(os.fspath(path))
     try:
         text = text_of(read_bytes(path, FILE_LIMIT, "a list of profiles"), name)
@@ -190,7 +197,7 @@ def read_slices(path: str | os.PathLike[str]) -> list[SliceFile]:
         return [float(value or 0.0) for value in values]
 
     offset, scale = numbers(0, 2)
-    count, features = int(numbers(1, 1)[0]), [int(value) for value in numbers(2, 3)]
+    count, features, control = int(numbers(1, 1)[0]), [int(value) for value in numbers(2, 3)], numbers(3, 1)[0] == 2.0
     if not 1 <= count <= MOST_SLICES:
         raise TableError(f"{name}: {count} slices", f"1 to {MOST_SLICES}")
     slices = []
@@ -201,10 +208,11 @@ def read_slices(path: str | os.PathLike[str]) -> list[SliceFile]:
         at = scale * (offset + place)
         slices.append(SliceFile(math.degrees(at) if degrees else at, next(part for part in words[1] if part), []))
     if features[0] < 2:
-        return slices
+        return SliceFiles(slices, control)
     # A row each for kinks and accelerations, if there are any.
     begin = 4 + count + sum(each > 0 for each in features[1:])
-    return [each._replace(features=numbers(begin + k, features[0] + 1)[1:]) for k, each in enumerate(slices)]
+    marked = [each._replace(features=numbers(begin + k, features[0] + 1)[1:]) for k, each in enumerate(slices)]
+    return SliceFiles(marked, control)
 
 
 def _read(path: str | os.PathLike[str], *, ordered: bool = True, side: str | None = None) -> Reading:

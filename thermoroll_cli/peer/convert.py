@@ -487,7 +487,7 @@ def _outline(read: dict[str, Any], deck: Path) -> tuple[Content, float]:
     )
     try:
         # Slices are turned and smoothed alike.
-        first = path.parent / read_slices(path)[0].file if path.suffix.lower() in SLICES else path
+        first = path.parent / read_slices(path).slices[0].file if path.suffix.lower() in SLICES else path
         reading = read_outline(first).in_units(units[read["SCALE"]], None)
     except TableError as cause:
         raise LeftOut(str(cause)) from None

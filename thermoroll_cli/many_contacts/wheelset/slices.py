@@ -1,10 +1,11 @@
 """Outlines that change along the track or around the wheel: slices, and the surface through them.
 
 Between features (the ends of each slice, where none are given) the outlines of all slices are divided at the same shares of
-arc; what lies at the same share is joined by a cubic spline of continuous slope over the places of the slices (Akima 1970)."""
+arc; what lies at the same share is joined by a cubic spline of continuous curvature over the places of the slices."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,11 +20,13 @@ from thermoroll_cli.tools.arrays import Array
 SPACING, MOST, AROUND = 5e-5, 4000, 6
 """Distance (m) of lines of the surface across the slices, how many a part has at most, and slices of other turns that a spline
 around a wheel takes."""
+JUMP = 1.25
+"""Ratio of the lengths of a part in neighbouring slices from which on it is another part: an interruption without features."""
 
 
 class _Part(NamedTuple):
-    """Lines between two features: a spline of their (y, z) over the places of the slices that have the part, and the first and
-    the last of these."""
+    """Lines between two features: a spline of their (y, z) over the places of neighbouring slices that have the part, and the
+    first and the last of these."""
 
     spline: scipy.interpolate.PPoly
     first: float
@@ -35,12 +38,14 @@ class Slices:
     """Outlines (m) at increasing places `at`, in m along the track or rad around the wheel. `features` are arc lengths (m) of
     each outline that belong together, increasing, none where its ends do; negative where a slice lacks the part before or
     behind it, which then ends where its last slice is. Slices all around a wheel follow each other after a turn (`turns`).
-    Beyond the first and the last slice the outline stays as it is there."""
+    Beyond the first and the last slice the outline stays as it is there. The surface goes through the slices, or, where they
+    `control` it, has them as control points of cubic B-splines, which smooth what changes from slice to slice."""
 
     at: tuple[float, ...]
     outlines: tuple[Points, ...]
     features: tuple[tuple[float, ...], ...] = ()
     turns: bool = False
+    control: bool = False
 
     def __hash__(self) -> int:
         # A sample: hashing all points costs more than most cached results.
@@ -55,26 +60,39 @@ class Slices:
         for low, high in zip(marks.T[:-1], marks.T[1:], strict=True):
             there = np.flatnonzero((low >= 0.0) & (high >= 0.0))
             count = int(np.clip(float((high - low)[there].max(initial=0.0)) / SPACING, 2, MOST)) + 1
-            lines = np.array([curve(self.outlines[k]).at(np.linspace(low[k], high[k], count)) for k in there])
-            at = np.array(self.at)[there]
-            if len(there):
-                parts.append(_Part(self._joined(at, lines), float(at[0]), float(at[-1])))
+            for run in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1) if len(there) else ():
+                lines = np.array([curve(self.outlines[k]).at(np.linspace(low[k], high[k], count)) for k in run])
+                at = np.array(self.at)[run]
+                parts.append(_Part(self._joined(at, lines, (high - low)[run]), float(at[0]), float(at[-1])))
         return tuple(parts)
 
-    def _joined(self, at: Array, lines: Array) -> scipy.interpolate.PPoly:
+    def _joined(self, at: Array, lines: Array, lengths: Array) -> scipy.interpolate.PPoly:
+        """The spline of the `lines` of a part with these `lengths` (m) in the slices `at`."""
         if self.turns:
             # As many slices of the turns before and behind as a spline notices.
             more = min(len(at), AROUND)
             at = np.concatenate((at[-more:] - 2.0 * math.pi, at, at[:more] + 2.0 * math.pi))
-            lines = np.concatenate((lines[-more:], lines, lines[:more]))
+            lines, lengths = (np.concatenate((each[-more:], each, each[:more])) for each in (lines, lengths))
         if len(at) == 1:
             return scipy.interpolate.PPoly(lines[None], np.array([at[0] - 1.0, at[0] + 1.0]))
-        if len(at) < 4:
-            steps = np.diff(at)[:, None, None]
-            return scipy.interpolate.PPoly(np.stack((np.diff(lines, axis=0) / steps, lines[:-1])), at)
-        # Where outlines change suddenly, as at an interruption, splines of continuous curvature overshoot by centimetres.
-        spline = scipy.interpolate.Akima1DInterpolator(at, lines, method="makima")
-        return scipy.interpolate.PPoly(spline.c, spline.x)
+        steps = np.abs(np.diff(np.log(np.maximum(lengths, SPACING))))
+        ends = [0, *(np.flatnonzero(steps > math.log(JUMP)) + 1).tolist(), len(at)]
+        pieces = []
+        for a, b in itertools.pairwise(ends):
+            # Over a jump there is nothing to follow but a straight way.
+            pieces += [scipy.interpolate.CubicSpline(at[a - 1 : a + 1], lines[a - 1 : a + 1])] if a else []
+            pieces += [self._smooth(at[a:b], lines[a:b])] if b > a + 1 else []
+        return scipy.interpolate.PPoly(np.concatenate([piece.c for piece in pieces], axis=1), at)
+
+    def _smooth(self, at: Array, lines: Array) -> scipy.interpolate.PPoly:
+        if not self.control:
+            return scipy.interpolate.CubicSpline(at, lines)
+        # Control points beyond the ends go on straight.
+        way = np.arange(1.0, 4.0)
+        knots = np.concatenate((at[0] - (at[1] - at[0]) * way[::-1], at, at[-1] + (at[-1] - at[-2]) * way))
+        points = np.concatenate((2.0 * lines[:1] - lines[1:2], lines, 2.0 * lines[-1:] - lines[-2:-1]))
+        spline = scipy.interpolate.BSpline(knots, points, 3)
+        return scipy.interpolate.PPoly(np.stack([spline(at[:-1], nu) / math.factorial(nu) for nu in (3, 2, 1, 0)]), at)
 
     def lines_at(self, place: float) -> Array:
         """(y, z) in m of all lines at a place, (m, 2); nan for those of parts that are not there."""
