@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from tests.support.command_line import call
 from thermoroll_cli import Case, CaseError, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
+from thermoroll_cli.many_contacts.history.course import OF_WHEELSETS, SHIFTS, VARIED
 
 CASES = Path(__file__).parents[2] / "cases"
 RADIUS = 100.0
@@ -45,6 +47,10 @@ BALL: dict[str, Any] = {
     "numerics": {"grid": 16},
     "history": {"distance_mm": [0, 10], "steps": 5, "begin": "pressed"},
 }
+
+
+LINE = {**BALL, "geometry": {**BALL["geometry"], "upper_radius_y_mm": math.inf},
+        "load": {"normal_N_mm": 4.0, "friction_coefficient": 0.4}, "history": {**BALL["history"], "length_mm": 30.0}}
 
 
 def wheel(**tables: dict[str, Any]) -> dict[str, Any]:
@@ -175,3 +181,25 @@ def test_what_is_refused_is_named(changes: dict[str, Any], key: str) -> None:
     with pytest.raises(CaseError) as caught:
         solve(Case.of(wheel(**changes)))
     assert key in str(caught.value)
+
+
+@pytest.mark.parametrize(("base", "keys"), [
+    (BALL, [key for key in VARIED if not key.endswith("N_mm") and key not in SHIFTS]),
+    (LINE, ["load.normal_N_mm", "force.longitudinal_N_mm", "force.lateral_N_mm"]), (WHEEL, list(OF_WHEELSETS)),
+], ids=["contact", "line", "wheelset"])  # fmt: skip
+def test_a_value_over_time_means_what_its_key_means(base: dict[str, Any], keys: list[str]) -> None:
+    """A history makes its problems of values by a mapping of its own: it agrees with that of cases, key by key."""
+    for key in keys:
+        table, _, name = key.partition(".")
+        tables = {other: given for other, given in base.items() if (table, other) != ("force", "creepage")}
+        tables |= {"thermal": {"partition": "matched", "heat": False}} if table == "thermal" else {}
+        if name in ("normal_N", "approach_um", "vertical_N"):  # exclude another key of the case
+            rest = {other: value for other, value in base[table].items() if other not in ("approach_um", "height_mm")}
+            tables[table] = {**rest, name: 80.0}
+        elif key == "wheelset.traction_N":
+            tables[table] = {other: value for other, value in base[table].items() if other != "angular_velocity_rad_s"}
+        value = {"wheelset.height_mm": 0.19, "wheelset.angular_velocity_rad_s": 9.9}.get(key, 0.7)
+        history = {**base["history"], "begin": "steady", "values": {key: [value, value]}}
+        over = Case.from_dict({**tables, "history": history}).task
+        alone = Case.from_dict({name: table for name, table in tables.items() if name != "history"}).with_values({key: value})
+        assert replace(over.problem_at(0.0), **({"length": math.inf} if base is LINE else {})) == alone.task, key

@@ -290,8 +290,8 @@ class _Checker:
             if isinstance(named, model.RelaxationFile):
                 named, place = named.file, (*place, "file")
             try:
-                side = {"side": of_file["side"]} if "side" in of_file else {}
-                read = source.read(os.path.join(os.path.dirname(self.source.name), named), **side)
+                of_both = {key: of_file[key] for key in of_file if key == "side"}
+                read = source.read(os.path.join(os.path.dirname(self.source.name), named), **of_both)
             except (ValueError, OSError) as fault:
                 self._note(place, str(fault), allowed=source.allowed or allowed_values(place), hint=getattr(fault, "hint", ""))
                 return None
@@ -311,8 +311,6 @@ class _Checker:
         listed = named.lower().endswith(SLICES)
         if not (listed or table.slices) or table.sections or table.points_mm:
             return None
-        of_file = {key: getattr(table, key) for key in OF_A_FILE}
-        side = {"side": table.side} if table.side else {}
         place, wheel, sections, first = (*path, "file" if listed else "slices"), path[0] == "wheelset", [], None
         try:
             if listed and named.lower().endswith(SLICES[1]) != wheel:
@@ -326,7 +324,7 @@ class _Checker:
             if any(second.at <= before.at for before, second in itertools.pairwise(files)):
                 raise TableError("places of slices do not increase")
             for each in files:
-                read = read_outline(os.path.join(folder, each.file), **side).in_units(of_file["unit"], of_file["height_unit"])
+                read = read_outline(os.path.join(folder, each.file), table.side).in_units(table.unit, table.height_unit)
                 first = first or read
                 sections.append(SliceTable(at=each.at, points_mm=read.content, features_mm=each.features or None))
         except (ValueError, OSError) as fault:

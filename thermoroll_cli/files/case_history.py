@@ -77,8 +77,6 @@ def history_faults(
     for key, (why, allowed) in REFUSED.items():
         if value_of(sections, key):
             yield tuple(key.split(".")), why, allowed
-    if sections.get("subsurface") is not None:
-        yield from _below(sections, history)
     if history.begin and history.begin not in STATES and not history.begin.endswith(".h5"):
         yield ("history", "begin"), "is no state to begin with", BEGIN.words
     if (history.distance_mm is None) == (history.time_s is None):
@@ -103,17 +101,6 @@ def history_faults(
         yield from values_of(sections, history)
 
 
-def _below(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
-    """What is wrong with stresses below the surface over time: those of rows with fields, without thermal ones."""
-    if sections.get("wheelset") is not None:
-        yield ("subsurface",), "is not computed for wheelsets over time", "one contact, or a case without [history]"
-    elif not history.fields_every:
-        yield ("history", "fields_every"), "keeps no fields: stresses below the surface are those of rows with fields", (
-            "1 or more, or a case without [subsurface]")
-    if sections["subsurface"].fields != "plane":
-        yield ("subsurface", "fields"), "are not kept over time: there are the largest stresses of each row", "without it"
-
-
 def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault]:
     """What is wrong with friction that depends on slip, or that changes."""
     coefficients = history.values.get("load.friction_coefficient", ())
@@ -132,8 +119,13 @@ def _friction(friction: Any, load: Any, history: HistoryTable) -> Iterator[Fault
 
 
 def values_of_contact(sections: Mapping[str, Any], history: HistoryTable) -> Iterator[Fault]:
-    """What is wrong with the values of keys of one contact."""
-    rolling, path = sections.get("rolling"), ("history", "values")
+    """What is wrong with the values of keys of one contact, and with stresses below it."""
+    rolling, below, path = sections.get("rolling"), sections.get("subsurface"), ("history", "values")
+    if below is not None and not history.fields_every:
+        yield ("history", "fields_every"), "keeps no fields: stresses below the surface are those of rows with fields", (
+            "1 or more, or a case without [subsurface]")
+    if below is not None and below.fields != "plane":
+        yield ("subsurface", "fields"), "are not kept over time: there are the largest stresses of each row", "without it"
     for key, values in history.values.items():
         if key not in VARIED:
             yield path, f"{key} cannot change over time", ", ".join(VARIED)

@@ -132,6 +132,8 @@ def values_of_wheelset(sections: Sections, history: HistoryTable) -> Iterator[Fa
                    "one of both")
     if rolling is not None and rolling.speed_m_s == 0.0:
         yield ("rolling", "speed_m_s"), "is 0, but a wheelset over time rolls", "a speed above 0"
+    if sections.get("subsurface") is not None:
+        yield ("subsurface",), "is not computed for wheelsets over time", "one contact, or a case without [history]"
     if history.fields_every:
         yield ("history", "fields_every"), "is of a single contact: of a wheelset the last row has fields", "0"
     numerics = sections.get("numerics")

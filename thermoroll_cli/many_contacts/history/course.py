@@ -251,9 +251,9 @@ PATH = {"wheelset.lateral_shift_mm": ("y", "lateral"), "wheelset.height_mm": ("z
 """Keys of the path, in thousandths of SI units: what they are of the position, and which velocity follows from them."""
 
 
-def _moving(name: str, factor: float = 1.0) -> Callable[[WheelsetProblem, float], WheelsetProblem]:
+def _moving(name: str, factor: float = 1.0, **also: Any) -> Callable[[WheelsetProblem, float], WheelsetProblem]:
     def moved(problem: WheelsetProblem, value: float) -> WheelsetProblem:
-        change: dict[str, Any] = {name: factor * value}
+        change: dict[str, Any] = {name: factor * value, **also}
         return replace(problem, motion=replace(problem.motion, **change))
 
     return moved
@@ -275,7 +275,8 @@ OF_WHEELSETS: dict[str, Callable[[WheelsetProblem, float], WheelsetProblem]] = {
     "wheelset.vertical_N": lambda problem, value: replace(problem, vertical=value),
     "wheelset.traction_N": lambda problem, value: replace(problem, traction=value),
     "wheelset.angular_velocity_rad_s": _moving("angular_velocity", -1.0),
-    "wheelset.lateral_velocity_mm_s": _moving("lateral", 1e-3), "wheelset.vertical_velocity_mm_s": _moving("vertical", 1e-3),
+    "wheelset.lateral_velocity_mm_s": _moving("lateral", 1e-3),
+    "wheelset.vertical_velocity_mm_s": _moving("vertical", 1e-3, follows=False),
     "wheelset.roll_rate_mrad_s": _moving("roll_rate", 1e-3), "wheelset.yaw_rate_mrad_s": _moving("yaw_rate", 1e-3),
     SPEED: _rolling,
     "load.friction_coefficient": _rubbing,
