@@ -13,30 +13,13 @@ import pytest
 import tomli_w
 
 from tests.support.command_line import call
+from tests.support.soft_wheel import RADIUS, SOFT, WHEEL, wheel
 from thermoroll_cli import Case, CaseError, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.many_contacts.history.course import OF_WHEELSETS, SHIFTS, VARIED
 
 CASES = Path(__file__).parents[2] / "cases"
-RADIUS = 100.0
-Y = np.linspace(-30.0, 30.0, 241)
-CROWN = [[float(y), float(RADIUS - math.sqrt(RADIUS**2 - y**2))] for y in Y]
-FLAT = [[float(y), 0.0] for y in np.linspace(40.0, -40.0, 81)]
-SOFT = {"youngs_modulus_GPa": 0.512, "poisson_ratio": 0.28}
-
-WHEEL: dict[str, Any] = {
-    "material": SOFT,
-    "track": {"rail_profile": {"points_mm": CROWN}, "right": {"origin_mm": [0.0, 0.0]}},
-    "wheelset": {"wheel_profile": {"points_mm": FLAT}, "nominal_radius_mm": RADIUS, "wheels": "right",
-                 "flange_back_distance_mm": 100.0, "flange_back_mm": 50.0, "height_mm": 0.2201,
-                 "angular_velocity_rad_s": 9.96},
-    "load": {"friction_coefficient": 0.4},
-    "rolling": {"speed_m_s": 1.0, "differential_slip": False},
-    "numerics": {"grid": 16},
-    "history": {"distance_mm": [0, 10], "steps": 5, "begin": "pressed"},
-}
-"""A flat wheel on a crowned rail, as close to each other as spheres of 100 mm on a plane, with a creepage of .004."""
 BALL: dict[str, Any] = {
     "material": SOFT,
     "geometry": {"lower_radius_x_mm": math.inf, "lower_radius_y_mm": math.inf, "upper_radius_x_mm": RADIUS,
@@ -51,12 +34,6 @@ BALL: dict[str, Any] = {
 
 LINE = {**BALL, "geometry": {**BALL["geometry"], "upper_radius_y_mm": math.inf},
         "load": {"normal_N_mm": 4.0, "friction_coefficient": 0.4}, "history": {**BALL["history"], "length_mm": 30.0}}
-
-
-def wheel(**tables: dict[str, Any]) -> dict[str, Any]:
-    """The case of the wheel with other keys; None takes one out."""
-    return {**WHEEL, **{name: {key: value for key, value in {**WHEEL.get(name, {}), **table}.items() if value is not None}
-                        for name, table in tables.items()}}
 
 
 def column(case: dict[str, Any], name: str) -> np.ndarray[Any, Any]:

@@ -200,9 +200,8 @@ class Case:
 
     @property
     def surfaces(self) -> dict[str, MadeSurface | MeasuredSurface]:
-        """How the surfaces of [surface] were made or read, by the keys of their tables."""
-        line = self.settings.load.normal_N_mm is not None
-        return shown_surfaces(self.settings.surface, self.settings.geometry, line=line)
+        """How surfaces were made or read, by the keys of their tables."""
+        return shown_surfaces(dict(self.settings))
 
     def to_toml(self) -> str:
         """The text of a case file that gives the same case again, with all defaults filled in."""

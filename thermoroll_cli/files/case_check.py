@@ -271,7 +271,7 @@ class _Checker:
             table = table.model_copy(update={"file": os.path.abspath(
                 os.path.join(os.path.dirname(self.source.name), table.file))})
             try:
-                reading_of(table, str(path[1]))
+                reading_of(table, "upper" if {"upper", "wheelset"} & {*path} else "lower")
             except (ValueError, OSError) as fault:
                 self._note((*path, "file"), str(fault), allowed=MEASURED_IN, hint=getattr(fault, "hint", ""))
                 return None

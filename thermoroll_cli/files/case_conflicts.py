@@ -17,7 +17,7 @@ from thermoroll_cli.files.case_history import STATES, HistoryTable, history_faul
 from thermoroll_cli.files.case_line import LOAD, is_line, line_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
-from thermoroll_cli.files.case_surface import SurfacesTable, surface_faults
+from thermoroll_cli.files.case_surface import surface_faults
 from thermoroll_cli.files.profile_file import point_fault
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
 from thermoroll_cli.problem.friction import FORMULAS, LAW_CONSTANTS
@@ -428,9 +428,10 @@ def over_time(
                        '"steady" or "pressed", or heat = false in [thermal]', at_key=True)
 
 
-def _surface(sections: Sections, surface: SurfacesTable) -> Iterator[Conflict]:
-    for path, message, allowed in surface_faults(sections, surface):
-        yield Conflict(path, message, allowed, at_key=len(path) < 4 or "missing" in message or "no key" in message)
+def _surface(sections: Sections) -> Iterator[Conflict]:
+    for path, message, allowed in surface_faults(sections):
+        of_value = isinstance((None, *path)[-2], int) and "missing" not in message and "no key" not in message
+        yield Conflict(path, message, allowed, at_key=not of_value)
 
 
 def _speed(sections: Sections, rolling: model.RollingTable) -> Iterator[Conflict]:

@@ -1,11 +1,12 @@
-"""The tables [surface.lower] and [surface.upper]: heights of a body over its smooth shape, made ones and those of files."""
+"""Tables of surfaces, such as [surface.lower] and [track.surface]: heights of a body over its smooth shape, made ones and those
+of files."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -14,7 +15,7 @@ from thermoroll_cli.files.case_errors import Fault, KeyPath
 from thermoroll_cli.files.case_line import is_line
 from thermoroll_cli.files.case_table import Allowed, Table, quantity
 from thermoroll_cli.files.surface_file import MeasuredSurface, read_surface, texture_record, texture_words
-from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.problem import BODIES, BodyName
 from thermoroll_cli.problem.surface import Dent, Flat, Heights, MeasuredHeights, Sum, Wave
 
 MOST_POINTS = 2**24
@@ -99,29 +100,49 @@ class SurfacesTable(Table):
     lower: Parts | None = Field(default=None, description="Heights of the lower body", min_length=1, max_length=20)
     upper: Parts | None = Field(default=None, description="Heights of the upper body", min_length=1, max_length=20)
 
-    @property
-    def parts(self) -> Iterator[tuple[str, int, SurfaceTable]]:
-        """The tables of both bodies with the name of the body and their number."""
-        for body in BODIES:
-            yield from ((body, number, part) for number, part in enumerate(getattr(self, body) or ()))
+
+class GivenSurface(NamedTuple):
+    """The tables of a surface of a body, with their place in a case, and the radius (mm) of the body along rolling with the key
+    that has it."""
+
+    path: KeyPath
+    body: BodyName
+    parts: list[SurfaceTable]
+    radius: float
+    radius_key: str
 
 
-def surface_faults(sections: Mapping[str, Any], surface: SurfacesTable) -> Iterator[Fault]:
+def given_surfaces(sections: Mapping[str, Any]) -> Iterator[GivenSurface]:
+    """All surfaces in the tables of a case: of both bodies, of rails and rollers, of wheels."""
+    surface, geometry = sections.get("surface"), sections.get("geometry")
+    for body in BODIES:
+        parts, key = getattr(surface, body, None), f"{body}_radius_x_mm"
+        if parts is not None:
+            yield GivenSurface(("surface", body), body, parts, getattr(geometry, key, 1.0), f"geometry.{key}")
+    for table, body, key in (("track", BODIES[0], "roller_radius_mm"), ("wheelset", BODIES[1], "nominal_radius_mm")):
+        both = sections.get(table)
+        for path, own in ((table,), both), *(((table, side), getattr(both, side, None)) for side in ("left", "right")):
+            if own is not None and own.surface is not None:
+                radius = getattr(own, key) or getattr(both, key) or math.inf
+                yield GivenSurface((*path, "surface"), body, own.surface, radius, f"{table}.{key}")
+
+
+def surface_faults(sections: Mapping[str, Any]) -> Iterator[Fault]:
     """What is wrong with surfaces, and what they do not go with."""
-    if sections.get("history") is None:
-        yield ("surface",), "is not computed in a steady state: surfaces roll through a contact over time", "with [history]"
-    geometry = sections.get("geometry")
-    if geometry is not None and geometry.conformal:
-        yield ("surface",), "is not computed with a conformal contact", "geometry.conformal = false"
-    for body, number, part in surface.parts:
-        path: KeyPath = ("surface", body, number)
-        yield from (((*path, *own), why, allowed) for own, why, allowed in _faults_of(part))
-        if part.name == "flat" or (part.repeat and part.kind):
-            radius = getattr(geometry, f"{body}_radius_x_mm", 1.0)
-            if math.isinf(radius) or radius < 0.0:
-                yield (*path, "kind"), f"needs a convex body: geometry.{body}_radius_x_mm is {radius:g}", "a radius above 0"
-        if is_line(sections):
-            yield from (((*path, *own), why, allowed) for own, why, allowed in _faults_of_line(part))
+    geometry, surfaces = sections.get("geometry"), [*given_surfaces(sections)]
+    for place in dict.fromkeys(given.path[: given.path.index("surface") + 1] for given in surfaces):
+        if sections.get("history") is None:
+            yield place, "is not computed in a steady state: surfaces roll through a contact over time", "with [history]"
+        if geometry is not None and geometry.conformal:
+            yield place, "is not computed with a conformal contact", "geometry.conformal = false"
+    for given in surfaces:
+        for number, part in enumerate(given.parts):
+            path: KeyPath = (*given.path, number)
+            yield from (((*path, *own), why, allowed) for own, why, allowed in _faults_of(part))
+            if (part.name == "flat" or (part.repeat and part.kind)) and (math.isinf(given.radius) or given.radius < 0.0):
+                yield (*path, "kind"), f"needs a convex body: {given.radius_key} is {given.radius:g}", "a radius above 0"
+            if is_line(sections):
+                yield from (((*path, *own), why, allowed) for own, why, allowed in _faults_of_line(part))
 
 
 def _faults_of(part: SurfaceTable) -> Iterator[tuple[tuple[str, ...], str, str]]:
@@ -154,16 +175,13 @@ def _faults_of_line(part: SurfaceTable) -> Iterator[tuple[tuple[str, ...], str, 
         yield ("lay_ratio",), "is of a surface that varies across rolling, which a line contact does not", "1"
 
 
-def surfaces_of(surface: SurfacesTable | None, geometry: Any, *, line: bool) -> tuple[Heights | None, Heights | None]:
-    """The surfaces of the lower and of the upper body, of a `line` contact without any change across."""
-    found: dict[str, list[Heights]] = {body: [] for body in BODIES}
-    for body, _, part in () if surface is None else surface.parts:
-        found[body].append(heights_of(part, body, 1e-3 * abs(getattr(geometry, f"{body}_radius_x_mm")), line=line))
-    lower, upper = (None if not parts else parts[0] if len(parts) == 1 else Sum(tuple(parts)) for parts in found.values())
-    return lower, upper
+def surface_of(parts: list[SurfaceTable] | None, body: BodyName, radius_mm: float, *, line: bool = False) -> Heights | None:
+    """The surface of a `body` with a radius along rolling, of a `line` contact without any change across; None: smooth."""
+    heights = tuple(heights_of(part, body, 1e-3 * abs(radius_mm), line=line) for part in parts or ())
+    return Sum(heights) if len(heights) > 1 else heights[0] if heights else None
 
 
-def heights_of(part: SurfaceTable, body: str, radius: float, *, line: bool) -> Heights:
+def heights_of(part: SurfaceTable, body: BodyName, radius: float, *, line: bool) -> Heights:
     """The heights of one table, of a body of a `radius` (m) along rolling."""
     start, side = part.si("start_mm"), part.si("offset_mm")
     turn = 2.0 * math.pi * radius if part.repeat else math.inf
@@ -181,7 +199,7 @@ def heights_of(part: SurfaceTable, body: str, radius: float, *, line: bool) -> H
     return MeasuredHeights(measured.heights, measured.spacing, start, side - 0.5 * across, (bool(part.repeat), False))
 
 
-def reading_of(part: SurfaceTable, body: str) -> MeasuredSurface:
+def reading_of(part: SurfaceTable, body: BodyName) -> MeasuredSurface:
     """The heights in the file of a table, as it wants them. Raises TableError, OSError."""
     assert part.file is not None
     given = part.spacing_um
@@ -240,15 +258,15 @@ class MadeSurface:
         return f"a {record['kind']}: {texture_words(record)}"
 
 
-def shown_surfaces(surface: SurfacesTable | None, geometry: Any, *, line: bool) -> dict[str, MadeSurface | MeasuredSurface]:
+def shown_surfaces(sections: Mapping[str, Any]) -> dict[str, MadeSurface | MeasuredSurface]:
     """How each surface was made or read, by the key of its table."""
     found: dict[str, MadeSurface | MeasuredSurface] = {}
-    for body, number, part in () if surface is None else surface.parts:
-        key = f"surface.{body}" + (f".{number}" if len(getattr(surface, body)) > 1 else "")
-        if part.file is not None:
-            found[key] = reading_of(part, body)
-        else:
-            radius = 1e-3 * abs(getattr(geometry, f"{body}_radius_x_mm"))
-            texture = heights_of(part, body, radius, line=line).texture
-            found[key] = MadeSurface({"kind": part.name, **texture_record(texture)})
+    for given in given_surfaces(sections):
+        for number, part in enumerate(given.parts):
+            key = ".".join(map(str, (*given.path, *((number,) if len(given.parts) > 1 else ()))))
+            if part.file is not None:
+                found[key] = reading_of(part, given.body)
+            else:
+                texture = heights_of(part, given.body, 1e-3 * abs(given.radius), line=is_line(sections)).texture
+                found[key] = MadeSurface({"kind": part.name, **texture_record(texture)})
     return found

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import AllowInfNan, Field, WithJsonSchema
 
+from thermoroll_cli.files.case_surface import Parts, surface_of
 from thermoroll_cli.files.case_table import Allowed, LengthUnit, Pair, Table, pairs, quantity, signed_length, unit_key
 from thermoroll_cli.files.profile_file import running_surface
 from thermoroll_cli.many_contacts.wheelset.curves import Points, smoothed
@@ -19,8 +20,9 @@ from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
 from thermoroll_cli.many_contacts.wheelset.placement import MeasuredOutline, Position, RailSide, Roller, WheelSide
 from thermoroll_cli.many_contacts.wheelset.slices import Slices
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.problem import BodyName, Problem
 from thermoroll_cli.problem.rounding import steps_of
+from thermoroll_cli.problem.surface import Heights
 
 CurveRadius = Annotated[
     float, AllowInfNan(True), signed_length(1.0, 1e9),
@@ -100,6 +102,7 @@ class TrackSideTable(Table):
                          Allowed("[y, z] of numbers from -10000 to 10000")] = Field(
         default=None, description="Place of y = z = 0 of the outline, instead of gauge and top: [y to the field side from the "
         "middle of the track, z down] in mm")
+    surface: Parts | None = Field(default=None, description="Heights along this rail", min_length=1, max_length=20)
 
 
 class TrackTable(Table):
@@ -114,6 +117,7 @@ class TrackTable(Table):
                                               None, ge=1, le=1e9)
     roller_angular_velocity_rad_s: float | None = quantity("Angular velocity of the rollers; that of rolling.speed_m_s if left "
                                                            "out", None, ge=1e-9, le=1e6)
+    surface: Parts | None = Field(default=None, description="Heights along both rails, upwards", min_length=1, max_length=20)
     left: TrackSideTable | None = Field(default=None, description="The left rail, where it differs")
     right: TrackSideTable | None = Field(default=None, description="The right rail, where it differs")
 
@@ -123,6 +127,7 @@ class WheelTable(Table):
 
     wheel_profile: Outline | None = Field(default=None, description="Outline of this wheel")
     nominal_radius_mm: float | None = quantity("Radius of this wheel at z = 0 of its outline", None, ge=1, le=1e5)
+    surface: Parts | None = Field(default=None, description="Heights around this wheel", min_length=1, max_length=20)
 
 
 class WheelsetTable(Table):
@@ -135,9 +140,10 @@ class WheelsetTable(Table):
     wheels: Literal["both", "left", "right"] = Field(default="both", description="Wheels that are solved")
     lateral_shift_mm: float = quantity("Shift of the wheelset to the right", 0.0, ge=-1e3, le=1e3)
     longitudinal_shift_mm: float = quantity("Shift of the wheelset forward over rollers", 0.0, ge=-1e3, le=1e3)
-    position_mm: float = quantity("Place of the axle along a track that changes", 0.0, ge=-1e7, le=1e7)
-    rotation_deg: float = quantity("Angle of a wheel that changes around itself: what stands below the axle", 0.0, ge=-1e7,
-                                   le=1e7)  # fmt: skip
+    position_mm: float = quantity("Place of the axle along a track that changes; over time where distance_mm is 0", 0.0,
+                                  ge=-1e7, le=1e7)  # fmt: skip
+    rotation_deg: float = quantity("Angle of a wheel that changes around itself: what stands below the axle; over time where "
+                                   "distance_mm is 0", 0.0, ge=-1e7, le=1e7)  # fmt: skip
     yaw_mrad: float = quantity("Yaw, right wheel backwards", 0.0, ge=-500, le=500)
     roll_mrad: float | None = quantity("Roll, right wheel down; of both wheels found if left out", None, ge=-500, le=500)
     vertical_N: float | None = quantity("Vertical load of the wheelset, or of the wheel if there is one", None, ge=1e-6, le=1e9)
@@ -158,6 +164,8 @@ class WheelsetTable(Table):
     )
     contact_distance_mm: float = quantity("Distance between the contacts of both wheels, for the conicity", 1500.0,
                                           ge=100, le=1e4)  # fmt: skip
+    surface: Parts | None = Field(default=None, description="Heights around both wheels, along their radius", min_length=1,
+                                  max_length=20)  # fmt: skip
     left: WheelTable | None = Field(default=None, description="The left wheel, where it differs")
     right: WheelTable | None = Field(default=None, description="The right wheel, where it differs")
 
@@ -168,13 +176,26 @@ def wheelset_of(
     """The wheelset that both tables describe; `contact` has everything else but `friction` over the inclination of a rail."""
     names: tuple[SideName, ...] = SIDES if wheelset.wheels == "both" else (wheelset.wheels,)
     finds_speed = wheelset.angular_velocity_rad_s is None
+    known: dict[tuple[int, float], Heights | None] = {}
+
+    def surface(table: TrackTable | WheelsetTable, side: SideName, body: BodyName, radius: float) -> Heights | None:
+        own = getattr(table, side)
+        parts = (own and own.surface) or table.surface
+        if (id(parts), radius) not in known:
+            known[id(parts), radius] = surface_of(parts, body, 1e3 * radius)
+        return known[id(parts), radius]
+
     rails = {side: replace(_rail(track, getattr(track, side), contact.motion.speed, wheelset.si("position_mm")),
                            friction=friction.get(side, ())) for side in names}
+    rails = {side: replace(rail, surface=surface(track, side, "lower", rail.roller.radius if rail.roller else math.inf))
+             for side, rail in rails.items()}
+    wheels = {side: _wheel(wheelset, getattr(wheelset, side)) for side in names}
+    wheels = {side: replace(wheel, surface=surface(wheelset, side, "upper", wheel.radius)) for side, wheel in wheels.items()}
     speeds = [rail.roller.turning * rail.roller.radius for rail in rails.values() if rail.roller]
     return WheelsetProblem(
         contact=contact,
         rails=rails,
-        wheels={side: _wheel(wheelset, getattr(wheelset, side)) for side in names},
+        wheels=wheels,
         position=Position(wheelset.si("lateral_shift_mm"), wheelset.si("height_mm") or 0.0, wheelset.si("roll_mrad") or 0.0,
                           wheelset.si("yaw_mrad"), wheelset.si("longitudinal_shift_mm")),
         motion=MotionOfWheelset(
@@ -202,9 +223,9 @@ def _rail(track: TrackTable, own: TrackSideTable | None, speed: float, along: fl
         ("shift_y", "shift_y_mm"), ("shift_z", "shift_z_mm"), ("roll", "roll_mrad"))}
     slices = slices_of(profile, wheel=False)
     points, measured = (slices.outline_at(along), None) if slices else outline_of(profile, wheel=False)
-    placed = RailSide(points, track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), measured=measured,
-                      slices=slices, along=along if slices else 0.0, **moved)
     radius = (own and own.si("roller_radius_mm")) or track.si("roller_radius_mm")
+    placed = RailSide(points, track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), measured=measured,
+                      slices=slices, along=along, **moved)
     if radius:
         placed = replace(placed, roller=Roller(radius, track.roller_angular_velocity_rad_s or speed / radius))
     if own is None or own.origin_mm is None:
@@ -219,7 +240,7 @@ def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:
     slices, angle = slices_of(profile, wheel=True), math.radians(wheelset.rotation_deg)
     points, measured = (slices.outline_at(angle), None) if slices else outline_of(profile, wheel=True)
     return WheelSide(points, radius, 0.5 * wheelset.si("flange_back_distance_mm"), wheelset.si("flange_back_mm"), measured,
-                     slices, angle if slices else 0.0)
+                     slices, angle)
 
 
 def outline_of(table: OutlineTable, *, wheel: bool) -> tuple[Points, MeasuredOutline]:

@@ -8,6 +8,7 @@ from typing import Any
 from thermoroll_cli.files.case_conflicts import FLANGE, Conflict, Sections, materials_of
 from thermoroll_cli.files.case_errors import Fault
 from thermoroll_cli.files.case_history import HistoryTable
+from thermoroll_cli.files.case_surface import given_surfaces
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.files.profile_file import outline_fault, running_surface
 from thermoroll_cli.many_contacts.history.course import OF_WHEELSETS, PATH, SPEED
@@ -27,6 +28,8 @@ def sides_of(wheelset: WheelsetTable) -> tuple[SideName, ...]:
 def wheelset_conflicts(sections: Sections) -> Iterator[Conflict]:
     """Conflicts of a wheelset whose tables are valid."""
     track, wheelset = sections.get("track"), sections.get("wheelset")
+    if sections.get("surface") is not None:
+        yield Conflict(("surface",), "is of one contact", "[track.surface] and [wheelset.surface], over time", at_key=True)
     if track is not None and wheelset is not None:
         yield from _placed(track, wheelset)
         yield from _slices(track, wheelset, over_time=sections.get("history") is not None)
@@ -101,6 +104,7 @@ def _slices(track: TrackTable, wheelset: WheelsetTable, *, over_time: bool) -> I
     varied = {name for name, key, tables in (("track", "rail_profile", (track, track.left, track.right)),
                                              ("wheelset", "wheel_profile", (wheelset, wheelset.left, wheelset.right)))
               for each in tables if (given := getattr(each, key, None)) is not None and given.sections}
+    rolling = {given.path[0] for given in given_surfaces({"track": track, "wheelset": wheelset})}
     if varied and any(side is not None and side.roller_radius_mm for side in (track, track.left, track.right)):
         yield Conflict(("track", "roller_radius_mm"), "rollers, and wheels on them, have no slices", "rails, or one outline",
                        at_key=True)
@@ -109,8 +113,8 @@ def _slices(track: TrackTable, wheelset: WheelsetTable, *, over_time: bool) -> I
                        at_key=True)
     for key, name, what in (("position_mm", "track", "the rails are the same everywhere"),
                             ("rotation_deg", "wheelset", "the wheels are round")):
-        if getattr(wheelset, key) and name not in varied:
-            yield Conflict(("wheelset", key), what, f"0, or slices of a profile of [{name}]")
+        if getattr(wheelset, key) and name not in {*varied, *rolling}:
+            yield Conflict(("wheelset", key), what, f"0, or slices of a profile of [{name}], or over time [{name}.surface]")
 
 
 def values_of_wheelset(sections: Sections, history: HistoryTable) -> Iterator[Fault]:

@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.files.csv_table import LARGEST, TableError, text_of
-from thermoroll_cli.problem.surface import Texture
+from thermoroll_cli.problem.surface import Texture, length_words
 from thermoroll_cli.tools.arrays import AnyArray, Array
 from thermoroll_cli.tools.atomic import ReadError, read_bytes
 
@@ -62,7 +62,7 @@ class MeasuredSurface:
 def texture_words(record: dict[str, Any]) -> str:
     """The numbers of a texture in words."""
     return (f"rms {record['rms_um']:.3g} µm, rms slope {record['rms_slope']:.3g}, range {record['range_um']:.4g} µm, shortest "
-            f"wavelength {record['shortest_wavelength_um']:.4g} µm")
+            f"wavelength {length_words(1e-6 * record['shortest_wavelength_um'])}")
 
 
 def texture_record(texture: Texture) -> dict[str, float]:

@@ -60,10 +60,12 @@ class ContactOverTimeKind(ContactKind):
 
     def task(self, settings: Any, contact: Any) -> Any:
         from thermoroll_cli.files.case_history import contact_over_time
-        from thermoroll_cli.files.case_surface import surfaces_of
+        from thermoroll_cli.files.case_surface import given_surfaces, surface_of
 
         history = contact_over_time(settings.history, contact)
-        return replace(history, surfaces=surfaces_of(settings.surface, settings.geometry, line=contact.line))
+        found = {given.body: surface_of(given.parts, given.body, given.radius, line=contact.line)
+                 for given in given_surfaces(dict(settings))}
+        return replace(history, surfaces=(found.get("lower"), found.get("upper")))
 
     def check_one_contact(self) -> None:
         raise Unsolvable("a contact over time has many states, and this takes one", "history", "a case without [history]")

@@ -15,7 +15,7 @@ from thermoroll_cli.problem.names import PATCH_SCALARS, TOGETHER, WHEELSET_SCALA
 class WheelsetKind(Kind):
     name, words = "wheelset", "a wheelset"
     tables = needs = ("track", "wheelset")
-    refused = ("geometry", *(f"load.{key}" for key in LOADS), "creepage", "force", "surface")
+    refused = ("geometry", *(f"load.{key}" for key in LOADS), "creepage", "force")
     refusal = "[wheelset], from which it follows", "[track] and [wheelset] without it, or one contact without them"
     without_load, has_positions = "wheelset", True
     solver = At("many_contacts.wheelset.wheelset_result.WheelsetSolver")

@@ -451,6 +451,10 @@ WHEELSET_SCALARS = _named(
       for side in _SIDES),
     *(Scalar(f"rolling_radius_{side}_mm", f"distance of the {side} patch with the largest load from the axle", listed=True)
       for side in _SIDES),
+    Scalar("position_mm", "place of the axle along a track that changes", given=True),
+    Scalar("rotation_deg", "angle by which wheels that change around themselves have turned", given=True),
+    *(Scalar(f"surface_height_{side}_um", f"mean height of the surfaces over first contact, {side} wheel", given=True,
+             diagram="mean height of surfaces (µm)") for side in _SIDES),
     Scalar("approach_max_um", "largest approach of a wheel and a rail", listed=True),
     Scalar("rolling_radius_difference_mm", "rolling radius, right less left", "share", listed=True,
            diagram="rolling radius difference (mm)"),

@@ -164,7 +164,30 @@ class SurfacesInContact:
 
 
 @dataclass(frozen=True)
-class Sum:
+class Together:
+    """The sum of several `parts`."""
+
+    parts: tuple[Closing, ...]
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `Closing.over`."""
+        return np.sum([part.over(along, across) for part in self.parts], axis=0)
+
+
+@dataclass(frozen=True)
+class Shifted:
+    """What closes the gap `of` another frame, whose y = 0 lies at y = `by` (m)."""
+
+    of: Closing
+    by: float
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `Closing.over`."""
+        return self.of.over(along, across - self.by)
+
+
+@dataclass(frozen=True)
+class Sum(Together):
     """The sum of several surfaces of one body."""
 
     parts: tuple[Heights, ...]
@@ -175,10 +198,6 @@ class Sum:
         each = [part.texture for part in self.parts]
         return Texture(math.hypot(*(one.rms for one in each)), sum(one.range for one in each),
                        np.concatenate([one.waves for one in each], axis=1), np.concatenate([one.power for one in each]))
-
-    def over(self, along: Array, across: Array) -> Array:
-        """As `Closing.over`."""
-        return np.sum([part.over(along, across) for part in self.parts], axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,6 +389,11 @@ class Flat:
             return np.asarray(once)
         twice = (inside**4 / 12.0 - end**2 * inside**2 / 2.0) / (2.0 * self.radius)
         return np.asarray(twice - np.maximum(beyond, 0.0) * np.abs(once))
+
+
+def length_words(length: float) -> str:
+    """A length (m) as people write it."""
+    return f"{1e6 * length:.3g} µm" if length < 1e-3 else f"{1e3 * length:.3g} mm"
 
 
 def edges(places: AnyArray, width: float) -> Array:

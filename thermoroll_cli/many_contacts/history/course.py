@@ -305,4 +305,23 @@ class WheelsetHistory(OverTime):
         speed = problem.motion.speed if course.by_distance else 1.0
         rates: dict[str, Any] = {rate: 1e-3 * speed * course.slope(key, place) for key, (_, rate) in PATH.items()
                                  if key in course.values}
-        return replace(problem, motion=replace(problem.motion, **rates))
+        problem = replace(problem, motion=replace(problem.motion, **rates))
+        return problem.rolled(*self._way(place)) if problem.varies else problem
+
+    def _way(self, place: float) -> tuple[float, float]:
+        """The distance rolled at one place (m), and the angle (rad) by which the wheels have turned: by their angular velocity
+        if that is given, else as wheels of the nominal radius roll. Both go on from the result that the history begins with."""
+        places = np.unique([each for each in self.course.places if each < place] + [place])
+        times, distances = self.clock(places)
+        radius = next(iter(self.problem.wheels.values())).radius
+        given, key = self.problem.motion.angular_velocity, "wheelset.angular_velocity_rad_s"
+        velocities = self.course.at(key, places) if key in self.course.values else np.full(len(places), -(given or math.nan))
+        turned = 0.5 * float(np.sum((velocities[1:] + velocities[:-1]) * np.diff(times)))
+        rolled = float(distances[-1] - distances[0])
+        if math.isnan(turned):
+            turned = rolled / radius
+        start, angle = float(distances[0]), float(distances[0]) / radius
+        if isinstance(self.course.begin, Result) and "position_mm" in self.course.begin.numbers:
+            start = 1e-3 * self.course.begin["position_mm"] - self.problem.along
+            angle = math.radians(self.course.begin["rotation_deg"]) - self.problem.turned
+        return start + rolled, angle + turned

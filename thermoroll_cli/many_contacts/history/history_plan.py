@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from thermoroll_cli.one_contact.steady_state.solvable import reasons_against
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import InWords
 from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.surface import Texture, length_words
 from thermoroll_cli.tools.arrays import Array
 
 COARSEST = 8
@@ -96,33 +97,36 @@ def warnings_of(history: OverTime) -> list[str]:
     count = len(history.course.rows) - 1
     doubtful = count < FEW and history.problem.motion.speed > 0.0 and history.contact.numerics.accuracy is None
     few = [f"few steps ({count}): errors may be larger than estimated; set history.steps"] if doubtful else []
-    rough = surface_warnings(history) if isinstance(history, History) and any(history.surfaces) else ()
-    return [*few, *extent_of(history.contact.numerics)[1], *rough]
+    return [*few, *extent_of(history.contact.numerics)[1], *(_rough(history) if isinstance(history, History) else ())]
 
 
-def surface_warnings(history: History) -> Iterator[str]:
-    """Warnings of surfaces whose waves, or slopes, the elements and steps of a history do not resolve."""
-    derived, rows = DerivedQuantities(history.largest), history.course.rows
-    extent, numerics = extent_of(history.contact.numerics)[0], history.contact.numerics
-    nx, ny = numerics.grid or (FIRST, FIRST)
-    grid = derived.grid((nx, ny), extent)
-    rolled = float(np.diff(history.clock(history.with_stops(rows))[1]).max(initial=0.0))
+def _rough(history: History) -> Iterator[str]:
+    """Warnings of the surfaces of a contact."""
+    numerics = history.contact.numerics
+    grid = DerivedQuantities(history.largest).grid(numerics.grid or (FIRST, FIRST), extent_of(numerics)[0])
+    sides = {grid.nx: grid.dx} if history.problem.line else {grid.nx: grid.dx, grid.ny: grid.dy}
     for body, surface in zip(BODIES, history.surfaces, strict=True):
-        if surface is None:
-            continue
-        texture, shortest = surface.texture, surface.texture.shortest
-        size = max(grid.dx, 0.0 if history.problem.line else grid.dy)
-        if numerics.accuracy is None and size > PER_ELEMENT * shortest:
-            enough = math.ceil(max(nx * grid.dx, 0.0 if history.problem.line else ny * grid.dy) / (PER_ELEMENT * shortest))
-            yield (f"elements of {1e6 * size:.3g} µm are large beside waves of {1e6 * shortest:.3g} µm of the {body} surface, "
-                   f"whose means they see: numerics.grid = {enough} resolves them")
-        if rolled > PER_STEP * shortest:
-            enough = math.ceil((len(rows) - 1) * rolled / (PER_STEP * shortest))
-            yield (f"steps of {1e6 * rolled:.3g} µm are long beside waves of {1e6 * shortest:.3g} µm of the {body} surface: "
-                   f"history.steps = {enough} follows them")
-        if texture.slope > STEEP:
-            yield (f"slopes of the {body} surface are {texture.slope:.2g} rad (rms): tractions act in the plane of the "
-                   "contact, and the slip of slopes over each other is left out")
+        if surface is not None:
+            yield from surface_warnings(history, f"the {body} surface", surface.texture, sides)
+
+
+def surface_warnings(history: OverTime, name: str, texture: Texture, sides: Mapping[int, float]) -> Iterator[str]:
+    """Warnings of a surface whose waves, or slopes, the elements and steps of a history do not resolve; `sides` has the lengths
+    of elements (m) by their numbers along the sides of the grid."""
+    rows, shortest = history.course.rows, texture.shortest
+    rolled = float(np.diff(history.clock(history.with_stops(rows))[1]).max(initial=0.0))
+    size = max(sides.values(), default=0.0)
+    if history.contact.numerics.accuracy is None and size > PER_ELEMENT * shortest:
+        enough = math.ceil(max(count * side for count, side in sides.items()) / (PER_ELEMENT * shortest))
+        yield (f"elements of {length_words(size)} are large beside waves of {length_words(shortest)} of {name}, "
+               f"whose means they see: numerics.grid = {enough} resolves them")
+    if rolled > PER_STEP * shortest:
+        enough = math.ceil((len(rows) - 1) * rolled / (PER_STEP * shortest))
+        yield (f"steps of {length_words(rolled)} are long beside waves of {length_words(shortest)} of {name}: "
+               f"history.steps = {enough} follows them")
+    if texture.slope > STEEP:
+        yield (f"slopes of {name} are {texture.slope:.2g} rad (rms): tractions act in the plane of the "
+               "contact, and the slip of slopes over each other is left out")
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ there are no tractions nothing of them is in error.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,6 +23,7 @@ from thermoroll_cli.problem.names import ALL_SCALARS, holds, known_as, per_lengt
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import State
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, error_scale
+from thermoroll_cli.problem.surface import Heights
 from thermoroll_cli.tools.arrays import Array, Mask
 
 SAFETY = 1.75
@@ -71,6 +72,12 @@ def over_rows(places: Array, known: Array, difference: Array, alike: Array | Non
     return np.maximum(beside, np.sqrt(weights @ difference**2 / total))
 
 
+def unseen_pressure(problem: Problem, surfaces: Iterable[Heights | None], sides: tuple[float, float]) -> float:
+    """E*/2 of the slopes of `surfaces` that means over elements of the `sides` (m) do not see, in MPa."""
+    slopes = (each.texture.unseen(*sides) for each in surfaces if each is not None)
+    return 0.5e-6 * problem.contact_modulus * math.hypot(*slopes)
+
+
 def errors_of_rows(
     history: History, rows: Sequence[ReportedMoment], coarser: Sequence[ReportedMoment], sides: tuple[float, float],
     interpolated: float = 0.0
@@ -102,8 +109,7 @@ class _Compared:
     @cached_property
     def unseen_pressure(self) -> float:
         """E*/2 of the slopes of surfaces that means over elements do not see, in MPa."""
-        slopes = (each.texture.unseen(*self.sides) for each in self.history.surfaces if each is not None)
-        return 0.5e-6 * self.history.problem.contact_modulus * math.hypot(*slopes)
+        return unseen_pressure(self.history.problem, self.history.surfaces, self.sides)
 
     def named(self, name: str) -> str:
         """A scalar as the contact calls it: of lines per length."""

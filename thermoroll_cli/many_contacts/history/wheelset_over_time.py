@@ -19,13 +19,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from thermoroll_cli.many_contacts.history.course import Beginning, WheelsetHistory, When
-from thermoroll_cli.many_contacts.history.history_plan import grids_of, warnings_of
-from thermoroll_cli.many_contacts.history.row_errors import SAFETY, over_rows
+from thermoroll_cli.many_contacts.history.history_plan import FIRST, grids_of, surface_warnings, warnings_of
+from thermoroll_cli.many_contacts.history.row_errors import SAFETY, over_rows, unseen_pressure
 from thermoroll_cli.many_contacts.history.solve import on_domain, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
 from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, roll_of, touching, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.one_wheel import NoHeight, same_patch
-from thermoroll_cli.many_contacts.wheelset.patch_problem import problem_of_patch
+from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch, problem_of_patch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, nearest
 from thermoroll_cli.many_contacts.wheelset.placement import RailSide
 from thermoroll_cli.many_contacts.wheelset.solve_wheelset import Loaded, Report, SolvedWheelset, balanced
@@ -33,7 +33,7 @@ from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, whee
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, sign_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import result_of
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
-from thermoroll_cli.one_contact.refinement.plan import may_grow
+from thermoroll_cli.one_contact.refinement.plan import extent_of, may_grow
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.one_contact.steady_state.fixed_point import SteadyState
@@ -44,6 +44,7 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.problem.surface import Heights, Shifted
 from thermoroll_cli.tools.arrays import Array
 
 
@@ -154,8 +155,9 @@ def _moved(problem: Problem, shift: float) -> Problem:
     geometry, friction = problem.geometry, problem.friction
     assert isinstance(geometry, CurvedPatch)
     across = tuple((y + shift, share) for y, share in friction.across)
+    heights = None if geometry.heights is None else Shifted(geometry.heights, shift)
     return replace(problem, friction=replace(friction, across=across),
-                   geometry=replace(geometry, y=tuple((np.array(geometry.y) + shift).tolist())))
+                   geometry=replace(geometry, y=tuple((np.array(geometry.y) + shift).tolist()), heights=heights))
 
 
 def _on_rail(patch: Result, rail: RailSide) -> State:
@@ -261,6 +263,19 @@ def warnings_over_time(history: WheelsetHistory) -> Iterator[str]:
     """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail at the beginning."""
     yield from warnings_of(history)
     yield from wheelset_warnings(history.start)
+    problem, sides, warned = history.start, dict[int, float](), set[Heights]()
+    if problem.vertical is not None:
+        # Elements about as long as on a ball of the wheel's radius under its share of the load.
+        numerics, load = problem.contact.numerics, problem.vertical / len(problem.sides)
+        radius = next(iter(problem.wheels.values())).radius
+        half = (0.75 * load * radius / problem.contact.contact_modulus) ** (1.0 / 3.0)
+        count = (numerics.grid or (FIRST, FIRST))[0]
+        sides[count] = extent_of(numerics)[0] * half / count
+    for side, surfaces in problem.surfaces.items():
+        for body, surface in zip(("rail", "wheel"), surfaces, strict=True):
+            if surface is not None and surface not in warned:
+                warned.add(surface)
+                yield from surface_warnings(history, f"the {side} {body}", surface.texture, sides)
 
 
 def facts_over_time(history: WheelsetHistory) -> dict[str, float]:
@@ -325,23 +340,34 @@ def _result(
         known = ~np.isnan(column - other) & solved
         if known.any() and not np.isnan(left).all():
             error = SAFETY * over_rows(places, places[known], np.abs(column - other)[known])
-            errors[name] = np.where(np.isnan(column) | ~done, math.nan,
-                                    error + left + FLOOR * error_scale(name, largest))
+            error = error + left + FLOOR * error_scale(name, largest)
+            if name == "pressure_max_MPa":
+                error = error + [max(map(_unseen_pressure, row.solved.patches), default=0.0) for row in rows.values()]
+            errors[name] = np.where(np.isnan(column) | ~done, math.nan, error)
     table, reason = table_of(history, [*rows.values()], [result.reason for result in results], columns, errors)
     last = rows[places.tolist()[-1]]
     before = coarser.get(last.place)
-    patches = tuple(replace(patch, result=replace(patch.result, uncertainty=_errors_of_patch(
-        patch.side, patch.carrying.patch.y, patch.result, before))) for patch in last.solved.patches)
+    patches = tuple(replace(patch, result=replace(patch.result, uncertainty=_errors_of_patch(patch, before)))
+                    for patch in last.solved.patches)
     found = result_of(replace(last.solved, patches=patches), tuple(warnings))
     return replace(found, converged=not reason, reason=reason, history=table,
                    uncertainty={**found.uncertainty, **{name: float(error[-1]) for name, error in errors.items()}},
                    work={**found.work, "steps": len(rows) - 1, "applications": sum(row.applications for row in rows.values())})
 
 
-def _errors_of_patch(side: SideName, y: float, result: Result, before: _Solved | None) -> dict[str, float]:
+def _errors_of_patch(solved: SolvedPatch, before: _Solved | None) -> dict[str, float]:
     """Errors of the scalars of a patch at the last row, from the patch there on the coarser grid; nan without one."""
-    mine = [patch for patch in before.solved.patches if patch.side == side] if before else []
-    near, scalars = same_patch(mine, y, lambda patch: patch.carrying.patch.y), result.coupled.scalars
+    mine = [patch for patch in before.solved.patches if patch.side == solved.side] if before else []
+    near = same_patch(mine, solved.carrying.patch.y, lambda patch: patch.carrying.patch.y)
+    scalars = solved.result.coupled.scalars
     other = near.result.coupled.scalars if near else dict.fromkeys(scalars, math.nan)
-    return {name: SAFETY * abs(value - other[name]) + FLOOR * error_scale(name, result.numbers)
-            for name, value in scalars.items()}
+    errors = {name: SAFETY * abs(value - other[name]) + FLOOR * error_scale(name, solved.result.numbers)
+              for name, value in scalars.items()}
+    return errors | {"pressure_max_MPa": errors["pressure_max_MPa"] + _unseen_pressure(solved)}
+
+
+def _unseen_pressure(solved: SolvedPatch) -> float:
+    """What the elements of a patch do not see of its surfaces, in MPa."""
+    facing, state = solved.carrying.patch.facing, solved.result.coupled
+    return unseen_pressure(solved.result.problem, (facing.rail.surface, facing.wheel.surface),
+                           (float(state.x[1] - state.x[0]), float(state.y[1] - state.y[0])))

@@ -200,7 +200,7 @@ def conicity_of(problem: WheelsetProblem, amplitudes: Array) -> Conicity:
     Raises Unsolvable for a single wheel, and where touching() does."""
     if set(problem.sides) != set(SIDES):
         raise Unsolvable("a single wheel has no equivalent conicity", "wheelset.wheels", '"both"')
-    problem.refuse_slices("the equivalent conicity")
+    problem.refuse_variation("the equivalent conicity")
     centred = replace(problem, position=Position(), vertical=1.0, finds_roll=False)
     touching(centred)
     known: dict[Hashable, Touch | str] = {}

@@ -93,6 +93,9 @@ class WheelOnRail:
     def over(self, facing: Facing) -> Facing:
         """`facing`, or the same one that was there last, whose outlines are known."""
         if facing != self._facing:
+            if self._facing is not None and (facing.rail, facing.wheel) != (self._facing.rail, self._facing.wheel):
+                # Other surfaces stand here.
+                self._indentations = []
             self._facing = facing
         return self._facing
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.many_contacts.wheelset.curves import SMALLEST_STEP, STEP
 from thermoroll_cli.many_contacts.wheelset.kinematics import directions
 from thermoroll_cli.many_contacts.wheelset.placement import Position
+from thermoroll_cli.many_contacts.wheelset.rolled_surfaces import OnPatch, standing
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable, common_surface
 from thermoroll_cli.problem.surface import Closing
@@ -324,10 +325,15 @@ class PatchSurface:
         fitted = np.linalg.lstsq(np.stack([ALONG**2, ALONG**3, ALONG**4], axis=1), gap, rcond=None)[0]
         return s, lowest, x_lowest, fitted / np.array([half**2, half**3, half**4])[:, None]
 
-    @property
+    @cached_property
     def heights(self) -> Closing | None:
         """What closes the gap beside the powers in the `table`, over the places −x and −s; None: nothing."""
-        return None
+        rail, wheel = self.facing.rail, self.facing.wheel
+        if rail.surface is None and wheel.surface is None:
+            return None
+        s = self.table[0][::-1]
+        return OnPatch(standing(self.facing, self.x, nearest(rail.samples, self.y, self.z), self._on_locus), rail.lifts,
+                       tuple((-s).tolist()), tuple(np.cos(self.inclination(s)).tolist()))
 
     @property
     def rolling_radius(self) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
 from thermoroll_cli.many_contacts.wheelset.slices import Slices
 from thermoroll_cli.problem.rounding import Rounding, rounding_at
+from thermoroll_cli.problem.surface import Heights
 from thermoroll_cli.tools.arrays import Array
 
 LOCUS_SWEEPS = 5
@@ -44,6 +45,13 @@ class Side:
     """What a rail and a wheel have in common: how their points were `measured`, which has no effect on where they lie."""
 
     measured: MeasuredOutline | None
+    slices: Slices | None
+    surface: Heights | None
+
+    @property
+    def varies(self) -> bool:
+        """Whether it changes along rolling."""
+        return self.slices is not None or self.surface is not None
 
     def rounding_at(self, place: tuple[float, float], reach: float) -> Rounding | None:
         """Rounding within the `reach` (m) of a place of the outline (m), if there is one."""
@@ -58,7 +66,8 @@ class RailSide(Side):
     `friction` has points (inclination of its surface in rad, share of the coefficient of friction), the share constant outside
     them; none where friction is the same everywhere. `origin` is the place of y = z = 0 of the profile (y from the middle of
     the track to the field side, z down, m), in place of gauge and top. With a `roller` the rail is bent about its axle.
-    With `slices` the profile is that below the axle, `along` the track (m) in their places."""
+    With `slices` the profile is that below the axle, `along` the track (m) in their places, and of a `surface` with heights
+    upwards; what is known of first contact `lifts` the rail by their mean there (m)."""
 
     profile: Points
     cant: float
@@ -73,6 +82,8 @@ class RailSide(Side):
     measured: MeasuredOutline | None = None
     slices: Slices | None = None
     along: float = 0.0
+    surface: Heights | None = None
+    lifts: float = 0.0
 
     @cached_property
     def samples(self) -> Array:
@@ -89,7 +100,7 @@ class RailSide(Side):
 
     @cached_property
     def _moved(self) -> Array:
-        moved = np.array([self.shift_y, self.shift_z, 0.0, 0.0])[:, None]
+        moved = np.array([self.shift_y, self.shift_z - self.lifts, 0.0, 0.0])[:, None]
         if self.origin is not None:
             return moved + np.array([*self.origin, 0.0, 0.0])[:, None]
         y, z = _turned(curve(self.profile).samples, -self.cant)[:2]
@@ -111,14 +122,14 @@ class RailSide(Side):
             return self
         y, z = self._moved[:2, 0].tolist()
         return replace(self, profile=self.slices.outline_at(self.along + x), slices=None, origin=(y, z), shift_y=0.0,
-                       shift_z=0.0)
+                       shift_z=0.0, lifts=0.0)
 
 
 @dataclass(frozen=True)
 class WheelSide(Side):
     """A right wheel: its profile (y to the field side, z down, m), nominal radius, half the distance of the flange backs and
-    the profile's y of the flange back (m). With `slices` the profile is that at the angle `turned` (rad), which stands below
-    the axle; what lies ahead has larger angles."""
+    the profile's y of the flange back (m). With `slices`, and a `surface` with heights along the radius, the angle `turned`
+    (rad) stands below the axle; what lies ahead has larger angles."""
 
     profile: Points
     radius: float
@@ -127,6 +138,7 @@ class WheelSide(Side):
     measured: MeasuredOutline | None = None
     slices: Slices | None = None
     turned: float = 0.0
+    surface: Heights | None = None
 
     @property
     def shift(self) -> float:

@@ -21,7 +21,7 @@ from thermoroll_cli.many_contacts.wheelset.patch_surface import NEAR, PatchSurfa
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.surface import Departure
+from thermoroll_cli.problem.surface import Closing, Departure, Together
 from thermoroll_cli.tools.arrays import Array
 
 REACH, COARSE, FINE = 0.2, 2.5e-3, 2.5e-4
@@ -254,9 +254,10 @@ class VaryingPatch(PatchSurface):
         """As of PatchSurface, with the curvature along rolling of a wheel on a straight rail alone."""
         return self._known[0]
 
-    @property
-    def heights(self) -> Departure:
-        return self._known[1]
+    @cached_property
+    def heights(self) -> Closing:
+        rolled = super().heights
+        return self._known[1] if rolled is None else Together((self._known[1], rolled))
 
 
 def varying_patch(facing: Facing, low: float, high: float, ridges: tuple[float, float], *, x: float, y: float, z: float,

@@ -8,11 +8,13 @@ from typing import ClassVar, Literal
 
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
+from thermoroll_cli.many_contacts.wheelset.rolled_surfaces import lift
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.many_contacts.wheelset.varying import VaryingFacing
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.kinds import Task
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.surface import Heights
 
 SideName = Literal["left", "right"]
 SIDES: tuple[SideName, ...] = ("left", "right")
@@ -44,11 +46,40 @@ class WheelsetProblem(Task):
     contact_distance: float = 1.5
     without_effect: tuple[str, ...] = ()
 
-    def refuse_slices(self, what: str) -> None:
+    @property
+    def varies(self) -> bool:
+        """Whether a rail or a wheel changes along rolling."""
+        return any(side.varies for side in (*self.rails.values(), *self.wheels.values()))
+
+    @property
+    def surfaces(self) -> dict[SideName, tuple[Heights | None, Heights | None]]:
+        """Those of rail and wheel of each side."""
+        return {side: (self.rails[side].surface, self.wheels[side].surface) for side in self.sides}
+
+    @property
+    def along(self) -> float:
+        """Place of the axle along the track in m."""
+        return next(iter(self.rails.values())).along
+
+    @property
+    def turned(self) -> float:
+        """Angle of the wheels in rad."""
+        return next(iter(self.wheels.values())).turned
+
+    def rolled(self, distance: float, angle: float) -> WheelsetProblem:
+        """The wheelset after a `distance` (m), with wheels that have turned by an `angle` (rad). The mean height of surfaces at
+        first contact lifts each wheel."""
+        there = replace(self, rails={side: replace(rail, along=rail.along + distance) for side, rail in self.rails.items()},
+                        wheels={side: replace(wheel, turned=wheel.turned + angle) for side, wheel in self.wheels.items()})
+        return replace(there, rails={side: replace(rail, lifts=lift(there.facing(side))) for side, rail in there.rails.items()})
+
+    def refuse_variation(self, what: str) -> None:
         """Raises Unsolvable if a rail or a wheel changes along rolling, which `what` does not know."""
-        for key, sides in (("track.rail_profile", self.rails), ("wheelset.wheel_profile", self.wheels)):
+        for table, profile, sides in (("track", "rail_profile", self.rails), ("wheelset", "wheel_profile", self.wheels)):
             if any(side.slices is not None for side in sides.values()):
-                raise Unsolvable(f"{what} knows no slices", key, "one outline for the whole length")
+                raise Unsolvable(f"{what} knows no slices", f"{table}.{profile}", "one outline for the whole length")
+            if any(side.surface is not None for side in sides.values()):
+                raise Unsolvable(f"{what} knows no surfaces", f"{table}.surface", "a case without it")
 
     @property
     def sides(self) -> tuple[SideName, ...]:

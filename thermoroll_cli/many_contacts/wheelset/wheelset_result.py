@@ -210,9 +210,14 @@ def _scalars(
 def _position(solved: SolvedWheelset, shared: SharedErrors) -> Estimated:
     """Where the wheelset stands, and how fast it turns."""
     problem, velocity = solved.problem, -solved.angular_velocity
-    return {"height_mm": (1e3 * solved.standing.height, None if problem.vertical is None else 1e3 * shared.height),
-            "roll_mrad": (1e3 * solved.standing.roll, 1e3 * shared.roll if problem.finds_roll else None),
-            "angular_velocity_rad_s": (velocity, shared.velocity * abs(velocity) if problem.finds_speed else None)}
+    rolled: Estimated = {f"surface_height_{side}_um": (1e6 * problem.rails[side].lifts, None)
+                         for side, surfaces in problem.surfaces.items() if any(surfaces)}
+    if problem.varies:
+        rolled |= {"position_mm": (1e3 * problem.along, None), "rotation_deg": (math.degrees(problem.turned), None)}
+    return {
+        **rolled, "height_mm": (1e3 * solved.standing.height, None if problem.vertical is None else 1e3 * shared.height),
+        "roll_mrad": (1e3 * solved.standing.roll, 1e3 * shared.roll if problem.finds_roll else None),
+        "angular_velocity_rad_s": (velocity, shared.velocity * abs(velocity) if problem.finds_speed else None)}
 
 
 def _of_sides(solved: SolvedWheelset, shared: SharedErrors) -> Estimated:

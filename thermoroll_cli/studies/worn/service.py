@@ -52,7 +52,7 @@ def positions_of(case: Case, source: str = "") -> list[tuple[float, WheelsetProb
     given = case.settings.wear and case.settings.wear.positions
     base: Any = case.task
     if isinstance(base, WheelsetProblem):
-        base.refuse_slices("the wear of outlines")
+        base.refuse_variation("the wear of outlines")
     if not given:
         return [(1.0, base)]
     total, found = math.fsum(weight for weight, _ in given), []  # type: ignore[misc]

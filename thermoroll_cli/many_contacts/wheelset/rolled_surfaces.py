@@ -1,0 +1,58 @@
+"""Surfaces with heights on rails and wheels: by how much they lift a wheel, and what they leave to its patches.
+
+Heights of a rail are upwards, those of a wheel along its radius: along normals they close the gap by their part cos α. Their
+mean over first contact lifts the rail, and what is left of them there closes the gap of each patch. Where the mean is taken
+changes nothing but what the search for patches begins with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.many_contacts.wheelset.curves import curve
+from thermoroll_cli.many_contacts.wheelset.search import Facing
+from thermoroll_cli.problem.surface import Heights
+from thermoroll_cli.tools.arrays import Array
+
+DEEP = 1e-4
+"""Overlap (m) of a wheel and a rail of the length over which the mean is taken."""
+
+Standing = tuple[tuple[Heights, float, float], ...]
+"""Surfaces, each with its place u (m) in the middle of a contact, and the y (m) of its outline there."""
+
+
+def standing(facing: Facing, x: float, on_rail: int, on_wheel: int) -> Standing:
+    """The surfaces of rail and wheel at a place `x` (m) ahead of the axle, at samples of their outlines."""
+    sides = (facing.rail, facing.rail.along, on_rail), (facing.wheel, facing.wheel.radius * facing.wheel.turned, on_wheel)
+    return tuple((side.surface, there + x, float(curve(side.profile).samples[0][number]))
+                 for side, there, number in sides if side.surface is not None)
+
+
+def lift(facing: Facing) -> float:
+    """Mean height (m) of the surfaces of rail and wheel over first contact."""
+    if facing.rail.surface is None and facing.wheel.surface is None:
+        return 0.0
+    k = int(np.argmin(facing.gap))
+    on_rail, on_wheel = (round(outline.index[k]) for outline in facing.outlines)
+    around = math.sqrt(2.0 * facing.wheel.radius * DEEP) * np.array([-1.0, 1.0])
+    return sum(float(surface.over(u + around, y + around)[0, 0])
+               for surface, u, y in standing(facing, float(facing.ahead[k]), on_rail, on_wheel))
+
+
+@dataclass(frozen=True)
+class OnPatch:
+    """Heights that close the gap of a patch, whose y rises against that of its `surfaces`; less what has `lifted` (m) the rail.
+    The surface in which the bodies touch has the `cosine` of its inclination at the places `across` (m)."""
+
+    surfaces: Standing
+    lifted: float
+    across: tuple[float, ...]
+    cosine: tuple[float, ...]
+
+    def over(self, along: Array, across: Array) -> Array:
+        """As `surface.Closing.over`."""
+        heights = np.sum([surface.over((u - along)[::-1], (y - across)[::-1])[::-1, ::-1] for surface, u, y in self.surfaces],
+                         axis=0)
+        return np.asarray((heights - self.lifted) * np.interp(0.5 * (across[1:] + across[:-1]), self.across, self.cosine))
