@@ -54,22 +54,22 @@ def body(poisson_ratio: float):
 
 
 VARIED = {
-    "circle": driven(rolling(grid=64, heating=Heating()), 0.4, 0.2, 0.1),
-    "elliptic 1:5": driven(rolling(grid=64, geometry=ellipse(0.2), heating=Heating()), 0.5, -0.3, 0.2),
-    "elliptic 4:1": driven(rolling(grid=64, geometry=ellipse(4.0), heating=Heating()), 0.3, 0.3, -0.5),
-    "spin dominated": driven(rolling(grid=64, heating=Heating()), 0.05, -0.05, 1.0),
-    "oblong grid": driven(rolling(grid=(96, 40), geometry=ellipse(2.0), heating=Heating()), 0.6, 0.1, 0.3),
-    "odd grid": driven(rolling(grid=(49, 63), heating=Heating()), -0.5, 0.2, 0.3),
-    "low friction": driven(rolling(grid=64, friction=0.01, heating=Heating()), 0.5, 0.2, 0.2),
-    "high friction": driven(rolling(grid=64, friction=1.0, heating=Heating()), 0.4, 0.4, 0.4),
-    "no Poisson effect": driven(rolling(grid=64, body=body(0.0), heating=Heating()), 0.5, 0.2, 0.3),
-    "incompressible": driven(rolling(grid=64, body=body(0.5), heating=Heating()), 0.5, 0.2, 0.3),
+    "circle": driven(rolling(grid=40, heating=Heating()), 0.4, 0.2, 0.1),
+    "elliptic 1:5": driven(rolling(grid=40, geometry=ellipse(0.2), heating=Heating()), 0.5, -0.3, 0.2),
+    "elliptic 4:1": driven(rolling(grid=40, geometry=ellipse(4.0), heating=Heating()), 0.3, 0.3, -0.5),
+    "spin dominated": driven(rolling(grid=40, heating=Heating()), 0.05, -0.05, 1.0),
+    "oblong grid": driven(rolling(grid=(64, 28), geometry=ellipse(2.0), heating=Heating()), 0.6, 0.1, 0.3),
+    "odd grid": driven(rolling(grid=(35, 43), heating=Heating()), -0.5, 0.2, 0.3),
+    "low friction": driven(rolling(grid=40, friction=0.01, heating=Heating()), 0.5, 0.2, 0.2),
+    "high friction": driven(rolling(grid=40, friction=1.0, heating=Heating()), 0.4, 0.4, 0.4),
+    "no Poisson effect": driven(rolling(grid=40, body=body(0.0), heating=Heating()), 0.5, 0.2, 0.3),
+    "incompressible": driven(rolling(grid=40, body=body(0.5), heating=Heating()), 0.5, 0.2, 0.3),
     "almost all stick": driven(rolling(grid=64, heating=Heating()), 0.02, 0.01, 0.01),
-    "almost all slip": driven(rolling(grid=64, heating=Heating()), 0.9, 0.4, 0.1),
-    "sliding": driven(rolling(grid=64, heating=Heating()), 30.0, -10.0, 5.0),
+    "almost all slip": driven(rolling(grid=40, heating=Heating()), 0.9, 0.4, 0.1),
+    "sliding": driven(rolling(grid=40, heating=Heating()), 30.0, -10.0, 5.0),
     "hot": article_4_1(64),
     "hot with spin": driven(
-        rolling(grid=64, geometry=ellipse(0.5), heating=Heating(peclet="stationary")), 0.8, 0.2, 0.3, 150.0
+        rolling(grid=40, geometry=ellipse(0.5), heating=Heating(peclet="stationary")), 0.8, 0.2, 0.3, 150.0
     ),
     "concave": rolling(grid=48, geometry=Geometry(0.03, 0.03, 0.03, -0.05), creepage=(1e-3, 0.0), heating=Heating()),
 }
@@ -77,12 +77,6 @@ VARIED = {
 
 SECOND = ("elliptic 4:1", "odd grid", "low friction", "no Poisson effect", "almost all slip")
 """Of which others are further than these, or are both at once."""
-
-
-@pytest.fixture(params=[pytest.param(name, marks=pytest.mark.slow if name in SECOND else (), id=name.replace(" ", "-"))
-                        for name in VARIED])
-def varied(request) -> Problem:
-    return VARIED[request.param]
 
 
 # --- names --------------------------------------------------------------------------------------------------------
@@ -139,8 +133,12 @@ def test_progress_is_reported_per_grid():
 # --- invariants ---------------------------------------------------------------------------------------------------
 
 
-def test_invariants_hold(varied):
-    """p ≥ 0, h ≥ 0, ∬p = W, |τ| ≤ μp, slip along τ, q ≥ 0, ∬q = Q_F, ΔT ≥ 0, work = heat: both states of every case."""
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=pytest.mark.slow if name in SECOND else (), id=name.replace(" ", "-")) for name in VARIED])
+def test_varied_cases(name):
+    """p ≥ 0, h ≥ 0, ∬p = W, |τ| ≤ μp, slip along τ, q ≥ 0, ∬q = Q_F, ΔT ≥ 0, work = heat in both states; scalars are those of
+    the fields, with errors small enough to use; and the work that it takes."""
+    varied = VARIED[name]
     result = solved(varied)
     assert result.converged, result.reason
     area = float((result.x[1] - result.x[0]) * (result.y[1] - result.y[0]))
@@ -169,11 +167,6 @@ def test_invariants_hold(varied):
             assert f[name].min() >= -1e-9 * f[name].max()
         assert 0.0 <= s["gamma_st"] <= 1.0
         assert math.hypot(s["force_x_N"], s["force_y_N"]) <= varied.traction_limit * (1.0 + 1e-6)
-
-
-def test_scalars_agree_with_the_fields(varied):
-    result = solved(varied)
-    area = float((result.x[1] - result.x[0]) * (result.y[1] - result.y[0]))
     f, s = result.coupled.fields, result.coupled.scalars
     # Integrals may be extrapolated, which moves them further than their estimated error then is.
     arm = result.x[:, None] * f["shear_y"] - result.y[None, :] * f["shear_x"]
@@ -197,25 +190,13 @@ def test_scalars_agree_with_the_fields(varied):
     assert s["gamma_st"] == pytest.approx(sticking, abs=0.05)
     for name in ("lower", "upper"):
         assert s[f"temperature_rise_max_{name}_K"] == pytest.approx(f[f"temperature_rise_{name}"].max(), rel=0.06)
-
-
-def test_estimated_errors_are_numbers_and_small_enough_to_use(varied):
-    """Of what accuracy is asked for: below 5 % at N = 64, and zero only for what vanishes by symmetry."""
-    result = solved(varied)
+    # Estimates below 5 %, and zero only for what vanishes by symmetry.
     for name in ("Q_F_W", "gamma_c", "gamma_p", "force_x_N", "force_y_N"):
-        assert (relative(result)[name] > 0.0) == (result.coupled.scalars[name] != 0.0) and relative(result)[name] < 0.05, name
-
-
-def test_work_stays_within_bounds_on_varied_cases(varied):
-    """Tangential applications on the finest grid of the isothermal state; small creepages are the most expensive."""
-    assert solved(varied).work["levels"][-1]["applications"] <= 80
-
-
-def test_power_balance_error_is_small_where_slip_is_resolved(varied):
-    result = solved(varied)
-    error = result.isothermal.scalars["power_balance_error"]
+        assert (relative(result)[name] > 0.0) == (s[name] != 0.0) and relative(result)[name] < 0.05, name
+    # Small creepages are the most expensive.
+    assert result.work["levels"][-1]["applications"] <= 80
     resolved = result.isothermal.scalars["gamma_st"] < 0.75
-    assert error <= (2e-3 if resolved else 0.2)
+    assert result.isothermal.scalars["power_balance_error"] <= (2e-3 if resolved else 0.2)
 
 
 # --- isothermal geometry ------------------------------------------------------------------------------------------
@@ -236,9 +217,6 @@ def test_isothermal_normal_state_is_hertz(aspect):
     assert np.abs(f["gap"] - hertz.gap(x, y)).max() < 5e-3 * hertz.approach
     whole = (x / hertz.semi_axis_x) ** 2 + (y / hertz.semi_axis_y) ** 2 < 0.9
     assert np.abs(f["pressure"] - hertz.pressure(x, y))[whole].max() < 1e-3 * hertz.peak_pressure
-
-
-# --- determinism --------------------------------------------------------------------------------------------------
 
 
 # --- ladder, plan and estimates -----------------------------------------------------------------------------------
@@ -277,11 +255,11 @@ def test_a_domain_smaller_than_the_contact_is_grown_with_a_warning():
 @pytest.mark.parametrize("wanted", [2e-2, 2e-3])
 def test_accuracy_picks_the_grid(wanted):
     """Coarse where little is asked for; the scalars are then as good as that, against a fine grid."""
-    problem = reference_problem("article_3_1_case_2", 192)
+    problem = reference_problem("article_3_1_case_2", 128)
     result = solved(replace(problem, numerics=Numerics(accuracy=wanted)))
     assert result.converged, result.reason
     fine = solved(problem).coupled.scalars
-    assert len(result.x) <= 192
+    assert len(result.x) <= 128
     for name in ("Q_F_W", "force_x_N", "force_y_N", "gamma_st"):
         assert relative(result)[name] <= wanted
         assert result.coupled.scalars[name] == pytest.approx(fine[name], abs=2.0 * wanted * max(1.0, abs(fine[name])))
