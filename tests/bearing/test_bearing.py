@@ -139,6 +139,7 @@ def test_a_displacement_within_the_play_presses_nothing(rpm: float, control: str
     assert not result.converged and "no ball touches both rings" in result.reason
 
 
+@pytest.mark.slow
 def test_a_light_ball_does_not_decide_over_the_bearing() -> None:
     """Ball 3 of 8 carries 3 % of the largest load, and slides."""
     result = solve(case(
@@ -335,6 +336,7 @@ def test_torques_from_heat_and_from_forces_agree_where_creepages_are_large() -> 
     assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=5e-4)
 
 
+@pytest.mark.slow
 def test_the_moment_of_the_pressure_is_in_the_balance_of_ceramic_balls() -> None:
     """Balls on steel rings, fast: heat and forces agree where the pressure, which is not symmetric, acts on the balls."""
     content = case(bearing__ball_diameter_mm=9.525, bearing__pitch_diameter_mm=46.0, bearing__balls=12,

@@ -18,7 +18,7 @@ SETTINGS = ("--set", "rolling.speed_m_s=600", "--set", "numerics.grid=24")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path: Path = tmp_path_factory.mktemp("followed")
-    done = call("run", CASE, *SETTINGS, "--json", "-q", "-o", path, painted=True)
+    done = call("run", CASE, *SETTINGS, "--json", "-q", "-o", path)
     assert done.returncode == 0, done.stderr
     (path / "told.json").write_text(done.stdout)
     return path

@@ -177,6 +177,7 @@ def test_an_input_file_of_contact(place: Path) -> None:
     assert (place / "imported" / "braking_1.h5").exists()
 
 
+@pytest.mark.slow
 def test_tutorial(place: Path) -> None:
     """Messages and exit codes are those shown."""
     for block in blocks("tutorial", "console"):

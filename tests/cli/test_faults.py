@@ -80,7 +80,8 @@ def writing(folder: Path, step: str, *arguments: str) -> Iterator[subprocess.Pop
 
 
 @pytest.mark.parametrize(("name", "code", "step"), [
-    pytest.param("SIGHUP", 129, "fsync", marks=pytest.mark.slow), ("SIGKILL", -9, "fsync"), ("SIGTERM", 143, "replace")])
+    pytest.param("SIGHUP", 129, "fsync", marks=pytest.mark.slow),
+    pytest.param("SIGTERM", 143, "replace", marks=pytest.mark.slow), ("SIGKILL", -9, "fsync")])
 def test_signals_while_a_file_is_written(name: str, code: int, step: str, folder: Path) -> None:
     """What has the name of a result is whole: the new file, which is finished first, or the old one after SIGKILL."""
     results = folder / "results"

@@ -275,13 +275,12 @@ def test_errors_in_python_do_not_speak_of_the_command_line() -> None:
 
 
 TABLES = {"": known_keys(())} | {name: known_keys((name,)) for name in Settings.model_fields if name != "title"}
-ODD = (True, 10**400, -(10**400), float("nan"), float("inf"), float("-inf"), [], [1], {}, {"a": 1}, "", dt.date(2000, 1, 1))
+ODD = (True, 10**400, float("nan"), float("-inf"), [1], {"a": 1}, "", dt.date(2000, 1, 1))
 
 
-@pytest.mark.parametrize("table", TABLES)
-def test_every_message_is_our_own(table: str) -> None:
+def test_every_message_is_our_own() -> None:
     """Whatever stands at a key: no words of the library that checks it."""
-    for key in TABLES[table]:
+    for table, key in ((table, key) for table, keys in TABLES.items() for key in keys):
         path = (table, key) if table else (key,)
         for value in ODD:
             try:

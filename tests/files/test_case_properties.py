@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from thermoroll_cli.files.case import Case, CaseError
 
-BOUNDED = settings(max_examples=25, deadline=None)
+BOUNDED = settings(max_examples=12, deadline=None)
 
 
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:

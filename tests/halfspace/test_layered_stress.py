@@ -121,6 +121,7 @@ def largest_error(row_stack: list, elements: int) -> float:
     return worst
 
 
+@pytest.mark.slow
 def test_stresses_of_pressures_converge_to_exact_ones() -> None:
     rows = [row for row in REFERENCE["rows"] if row["load"] != "uniform" and row["r"] <= 1.0]
     assert len(rows) >= 20

@@ -105,7 +105,7 @@ def test_few_steps_of_rolling_are_a_warning() -> None:
 
 def test_files_and_json(tmp_path: Path) -> None:
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball()).to_toml())
-    done = call("run", "ball.toml", "-o", "out", "--json", "--plots", "summary", cwd=tmp_path, painted=True)
+    done = call("run", "ball.toml", "-o", "out", "--json", "--plots", "summary", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     with (tmp_path / "out" / "ball_history.csv").open() as file:
@@ -322,7 +322,7 @@ def test_an_interruption_keeps_the_rows_and_resume_goes_on(tmp_path: Path) -> No
 def test_a_killed_history_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
     """The same bytes, but for times: table, record, and every array of both files."""
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball(
-        material=WARM, thermal={"partition": "matched"}, history={"steps": 20, "fields_every": 5})).to_toml())
+        material=WARM, thermal={"partition": "matched"}, history={"steps": 12, "fields_every": 4})).to_toml())
     command = "run", str(tmp_path / "ball.toml"), "--no-plots", "--json", "--reproducible", "-o", str(tmp_path / "results")
 
     def run(*options: str) -> list[Any]:
@@ -336,7 +336,7 @@ def test_a_killed_history_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
                           stderr=subprocess.PIPE, text=True) as running:
         assert running.stderr is not None
         for number, _ in enumerate(line for line in running.stderr if "grid 16×16" in line):
-            if number == 7:
+            if number == 5:
                 running.kill()
     assert running.returncode == -signal.SIGKILL and (tmp_path / "results" / "ball_history.jsonl").exists()
     assert run("--resume") == whole
@@ -378,7 +378,7 @@ def test_a_history_goes_on_with_all_that_it_remembers(
 
     whole = run(resume=False)
     records, before = path.read_bytes().splitlines(keepends=True), len(solved)
-    for kept in (2, len(records) // 2, len(records) - 1):
+    for kept in (2, len(records) - 1):
         path.write_bytes(b"".join(records[: 1 + kept]))
         solved.clear()
         found = run(resume=True)
@@ -503,6 +503,7 @@ def test_a_history_goes_on_from_a_file(tmp_path: Path) -> None:
         solve(second)
 
 
+@pytest.mark.slow
 def test_energy_that_is_missing_is_an_error_of_work_and_heat() -> None:
     """Few steps without rolling under a load that varies: what the work misses counts in its error."""
     case = ball(rolling={"speed_m_s": 0.0})
@@ -690,7 +691,8 @@ def test_an_error_is_no_larger_than_what_its_row_can_have() -> None:
 
 
 @pytest.mark.parametrize(("begin", "forces", "heats"), [
-    ("steady", [0.11907, 0.084463, 0.025039, -0.046922, -0.10599], [0.0003572, 0.00017364, 1.9387e-05, 3.6099e-05, 0.00026024]),
+    pytest.param("steady", [0.11907, 0.084463, 0.025039, -0.046922, -0.10599],
+                 [0.0003572, 0.00017364, 1.9387e-05, 3.6099e-05, 0.00026024], marks=pytest.mark.slow),
     ("pressed", [0.0, 0.081405, 0.024917, -0.046927, -0.10599], [0.0, 0.00015708, 1.919e-05, 3.6113e-05, 0.00026025]),
 ])
 def test_an_accuracy_takes_steps_where_steps_err(begin: str, forces: list[float], heats: list[float]) -> None:

@@ -115,6 +115,7 @@ def test_slip_narrower_than_an_element_is_covered() -> None:
     assert 0.5 < away / found.uncertainty["gamma_st"] < 1.0
 
 
+@pytest.mark.slow
 def test_a_cycle_of_the_force() -> None:
     """Johnson, Contact Mechanics, Sec. 7.4: the energy of a loop; the second one repeats the first."""
     q, steps = 0.7, 6

@@ -22,7 +22,8 @@ def everything(accuracy: float) -> Result:
     return solve(accurate_to(accuracy, article_4_1(64), "forces", "heat", "temperatures", "shares", "pressure_max_MPa"))
 
 
-@pytest.mark.parametrize("asked", [("forces",), ("Q_F_W",), ("shares", "temperatures")])
+@pytest.mark.parametrize("asked", [
+    ("forces",), *(pytest.param(asked, marks=pytest.mark.slow) for asked in (("Q_F_W",), ("shares", "temperatures")))])
 def test_only_what_is_asked_for_decides_the_grid(asked: tuple[str, ...]) -> None:
     found, all_of_it = solve(accurate_to(2e-3, article_4_1(64), *asked)), everything(2e-3)
     assert found.converged and all_of_it.converged

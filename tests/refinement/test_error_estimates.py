@@ -105,7 +105,7 @@ def test_a_strip_that_sticks_over_an_interlayer_asks_for_no_finer_grid() -> None
     assert result.coupled.scalars["gamma_st"] + relative(result)["gamma_st"] > 2e-3
 
 
-@pytest.mark.parametrize("creepage", [0.008, 0.012])
+@pytest.mark.parametrize("creepage", [0.008, pytest.param(0.012, marks=pytest.mark.slow)])
 def test_rail_that_slides_everywhere_is_accurate_on_few_elements(creepage: float) -> None:
     """Beside its top a rail gives the wheel differential slip, but no place without rigid slip."""
     rail = below(points(lambda y: -((y - 9.0) ** 2) / 160.0, -24.0, 24.0, 49), 0.46)
@@ -188,7 +188,7 @@ def test_stress_at_the_surface_with_spin() -> None:
     assert abs(value - truth) < error < 0.05 * truth
 
 
-@pytest.mark.parametrize("grid", [16, 32])
+@pytest.mark.parametrize("grid", [16, pytest.param(32, marks=pytest.mark.slow)])
 def test_a_contact_that_reaches_the_end_of_a_body_is_of_first_order(grid: int) -> None:
     """The pressure has no bound there, and each element at the end misses a share of it. Place and moment follow."""
     problem = Case.from_dict({

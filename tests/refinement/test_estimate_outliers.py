@@ -34,7 +34,7 @@ SLOW_OUTLIERS = (
 )
 
 
-@pytest.mark.parametrize("seed", sampled([362, 489, 491, 378]))
+@pytest.mark.parametrize("seed", sampled([362, 489, 491, 378], 4))
 def test_estimates_cover_what_they_once_missed(seed: int) -> None:
     """Slip zones narrower than an element, forces close to μW: of the stress generator, N = 32. (Seed 334 is another, whose
     reference alone takes half a minute: `make test-all` has it.)"""

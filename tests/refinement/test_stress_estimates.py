@@ -27,6 +27,7 @@ def value_and_error(result: Result) -> tuple[float, float]:
     return result.subsurface.scalars[RANGE] / result.of_problem["hertz_p0_MPa"], relative(result)[RANGE]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grid", [24])
 @pytest.mark.parametrize("friction", [0.6])
 def test_range_of_a_sliding_contact_is_known_as_its_traction(grid: int, friction: float) -> None:
@@ -35,7 +36,7 @@ def test_range_of_a_sliding_contact_is_known_as_its_traction(grid: int, friction
     assert abs(value - friction) <= error < 0.05
 
 
-@pytest.mark.parametrize("grid", [16, 24])
+@pytest.mark.parametrize("grid", [16, pytest.param(24, marks=pytest.mark.slow)])
 def test_range_below_a_frictionless_contact(grid: int) -> None:
     """What is largest at the last depth that counts as the surface grows on into the body: it is no peak that could exceed the
     one below. The estimate was 0.03 to 0.7 p₀."""

@@ -232,6 +232,7 @@ def test_friction_that_rises_steeply_costs_as_much_as_a_constant_one(slip: float
     assert rising.coupled.scalars["force_x_N"] == pytest.approx(constant.coupled.scalars["force_x_N"], rel=20.0 * slip)
 
 
+@pytest.mark.slow
 def test_small_creepages_over_a_layer() -> None:
     """Half-space and layer together, in linear theory: not springs in series."""
     geometry = spheres(48).geometry

@@ -116,6 +116,7 @@ def creep_coefficients(row: dict, n: int) -> dict[str, float]:
     return {"c11": x[0] / (a * b), "c22": y[1] / (a * b), "c23": y[2] / (a * b) ** 1.5, "c33": spin[2] / (a * b) ** 2}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", ROLLING[::8], ids=lambda row: f"{row['substrate']['youngs_modulus']}-{row['b']}")
 def test_all_creep_coefficients_of_ellipses(row: dict) -> None:
     """Layers are 3 elements thick at least."""

@@ -66,7 +66,7 @@ def test_article_case_4_1_at_128():
 @pytest.mark.parametrize(
     ("speed", "heat", "gamma_p", "gamma_c", "edge", "peak", "slip"),
     [
-        (120.5, (6.79, 6.72), 1.144, 0.907, -0.925, 1.30, (1.475, 1.28)),
+        pytest.param(120.5, (6.79, 6.72), 1.144, 0.907, -0.925, 1.30, (1.475, 1.28), marks=pytest.mark.slow),
         (200.0, (11.3, 11.07), 1.261, 0.851, -0.875, 1.57, (1.475, 1.20)),
     ],
 )
@@ -122,9 +122,9 @@ def test_isothermal_state_beside_the_coupled_one_is_the_uncoupled_solution():
 @pytest.mark.parametrize(
     "problem",
     [
-        on_grid(HOT, 64),
-        rolling(grid=(48, 64), creepage=(0.002, 0.002), spin=5.0, speed=120.0, heating=Heating(peclet="stationary")),
-        rolling(grid=64, creepage=(0.05, 0.02), speed=80.0, heating=Heating()),
+        on_grid(HOT, 40),
+        rolling(grid=(32, 40), creepage=(0.002, 0.002), spin=5.0, speed=120.0, heating=Heating(peclet="stationary")),
+        rolling(grid=40, creepage=(0.05, 0.02), speed=80.0, heating=Heating()),
     ],
     ids=["article", "mixed", "rolling"],
 )
@@ -184,7 +184,8 @@ def test_residuals_of_the_outer_iteration_are_kept_and_end_small():
     assert residuals[-1] < 2e-5
 
 
-@pytest.mark.parametrize(("problem", "most"), [(HOT, 8), (article_4_1(128, 120.5), 8), (article_4_1(128, 20.0), 6)])
+@pytest.mark.parametrize(("problem", "most"), [
+    (HOT, 8), *(pytest.param(article_4_1(128, speed), 8, marks=pytest.mark.slow) for speed in (120.5, 20.0))])
 def test_few_outer_iterations_are_needed_on_the_finest_grid(problem, most):
     result = solved(problem)
     assert result.work["iterations"]["coupling_iterations"] <= most
@@ -199,6 +200,7 @@ def test_coupled_state_is_symmetric_under_longitudinal_creepage():
         np.testing.assert_allclose(fields[name], sign * fields[name][:, ::-1], atol=2e-4 * scale)
 
 
+@pytest.mark.slow
 def test_any_way_to_the_fixed_point_ends_in_the_same_state():
     """From the ladder of grids, and from the state at another speed: one solution, the tolerance apart."""
     solver = Solver()

@@ -137,6 +137,7 @@ def full_sliding(grid: int) -> tuple[float, float, float]:
     return neutral / b, -s["creepage_longitudinal"] / largest, s["Q_F_W"] / (problem.traction_limit * largest)
 
 
+@pytest.mark.slow
 def test_free_rolling_that_slides_everywhere():
     """Neutral lines at ±√ζ b, ξ = −ζ c b² and Q_F by quadrature. A slender contact, or slip along rolling alone, would have
     ζ = 4 sin² 10° and Q_F = 0.161142 μWV c b², as the load per width is ¾(1 − y²/b²) W/b."""

@@ -106,7 +106,8 @@ def test_carter(share: float, across: bool) -> None:
 
 
 @pytest.mark.parametrize("grid", [16, 32, 64])
-@pytest.mark.parametrize("share", [0.003, 0.02, 0.95, 0.96, 0.97, 0.98, 0.985, 0.995])
+@pytest.mark.parametrize("share", [
+    0.003, 0.02, 0.95, 0.985, *(pytest.param(share, marks=pytest.mark.slow) for share in (0.96, 0.97, 0.98, 0.995))])
 def test_zones_within_an_element_are_in_the_estimates(share: float, grid: int) -> None:
     """A zone that sticks, or that slips, narrower than an element: no grid sees it, and the estimate does."""
     result = solve(at_share(share, grid))
@@ -136,6 +137,7 @@ def test_a_force_that_only_friction_which_rises_with_slip_carries(share: float) 
     assert sum(level["newton_steps"] for level in result.work["levels"]) <= 30
 
 
+@pytest.mark.slow
 def test_errors_fall_with_the_square_of_the_element() -> None:
     """Root mean squares over the creep curve, without extrapolation."""
     plain, shares = SolverOptions(extrapolated=False), np.linspace(0.1, 0.9, 9)
@@ -234,6 +236,7 @@ def test_material_at_rest_has_no_steady_temperature() -> None:
 TOOTH = Material(206e9, 0.3, 46.6, 11.7e-6, 12.5e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [3.0, *(pytest.param(speed, marks=pytest.mark.slow) for speed in (0.1, 60.0))])
 def test_flash_temperatures_of_sliding_teeth(speed: float) -> None:
     motion, heating = Motion(speed, 0.2, 0.0), Heating(True, False, "rolling", 0.5)

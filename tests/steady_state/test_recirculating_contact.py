@@ -133,6 +133,7 @@ def test_friction_feels_what_comes_back():
 HOT = {"motion": Motion(5.0, 0.02)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", sampled([
     twin_disc(64, (1.0, 0.2), **HOT), twin_disc(64, (1.0, 1.0), **HOT),
     *(replace(case, numerics=replace(case.numerics, grid=(64, 64)))

@@ -42,7 +42,7 @@ def solved(lower: Material, upper: Material, request: SubsurfaceRequest = FULL, 
 
 @pytest.fixture(scope="module")
 def coated() -> Result:
-    return solved(STEEL, COATED)
+    return solved(STEEL, COATED, grid=12)
 
 
 def stresses_of(result: Result, body: str) -> np.ndarray:

@@ -95,8 +95,7 @@ def test_interval_grows_with_the_noise_and_a_repeated_point_counts_twice():
 
 
 def test_full_sliding_does_not_determine_the_interlayer():
-    found = fit(CASE, creep_curve(0.4, 2.0, [0.05, 0.06, 0.08]), KEYS)
-    assert found.parameters[KEYS[0]].value == pytest.approx(0.4, rel=1e-3)
+    found = fit(CASE | {"load": CASE["load"] | {"friction_coefficient": 0.4}}, creep_curve(0.4, 2.0, [0.05, 0.08]), KEYS[1:])
     assert math.isnan(found.parameters[KEYS[1]].uncertainty_95)
     assert any(KEYS[1] in warning for warning in found.warnings)
     assert found.record()["parameters"][KEYS[1]] == {"value": found.parameters[KEYS[1]].value, "uncertainty_95": None,
@@ -129,7 +128,7 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     data = noisy_curve(0.01)
     text = write(tmp_path / "curve.csv", data, ";").read_text().replace(".", ",").replace("creepage,", "creepage.")
     (tmp_path / "curve.csv").write_text("\ufeff" + text, encoding="utf-8")  # as a spreadsheet writes it
-    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "-o", "out", "--json", "--jobs", "2", "--format", "png",
+    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "-o", "out", "--json", "--format", "png",
                   "--format", "svg", painted=True)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)

@@ -78,8 +78,7 @@ def crown(radius: float) -> list[list[float]]:
     return np.stack((y, radius - np.sqrt(radius**2 - y**2)), axis=1).tolist()
 
 
-@pytest.mark.parametrize("gamma", [0.025, 0.1])
-@pytest.mark.parametrize("left", [460.0, 459.9])
+@pytest.mark.parametrize(("gamma", "left"), [(0.1, 460.0), (0.025, 459.9)])
 def test_a_cone_has_its_own_conicity_on_any_rail(gamma, left):
     """Klingel: λ = 2π √(r₀ b/γ) with b half the distance of the contacts; wheels of unlike radii swing about another place."""
     shape = cone(gamma)

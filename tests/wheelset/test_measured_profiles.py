@@ -107,8 +107,9 @@ def test_a_hollow_wheel_has_the_conicity_of_the_orbit_over_both_wells(depth: flo
     agrees(found)
 
 
-@pytest.mark.parametrize("wheel", ["face_12_cone_0.05.csv", "face_30_cone_0.05.csv", "face_30_cone_0.05.whl",
-                                   "no_face_30_cone_0.05.csv", "header_numbers.whl"])
+@pytest.mark.parametrize("wheel", [
+    "face_30_cone_0.05.whl", "no_face_30_cone_0.05.csv", "header_numbers.whl",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("face_12_cone_0.05.csv", "face_30_cone_0.05.csv"))])
 def test_the_face_of_the_rim_and_its_edge_do_not_climb(wheel: str) -> None:
     """Only the flange climbs: a chamfer on the field side, however steep, changes no conicity. A rim that is measured further
     up than the flange is down turns nothing over."""

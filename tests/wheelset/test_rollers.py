@@ -99,7 +99,7 @@ def test_wheel_and_roller_may_be_exchanged() -> None:
 
 
 @pytest.mark.parametrize(("roll", "height", "turning", "theirs", "tolerance"), [
-    (0.0, -1.870, 0.24381, (-18.05, -5588.0, 98_910.0), 1e-3),
+    pytest.param(0.0, -1.870, 0.24381, (-18.05, -5588.0, 98_910.0), 1e-3, marks=pytest.mark.slow),
     (266.667, -56.60956, 0.2451499, (1.806, -19_460.0, 95_490.0), 1e-3),
 ])  # fmt: skip
 def test_forces_are_those_of_contact(

@@ -59,9 +59,9 @@ def flat(length: float) -> dict[str, Any]:
 @pytest.mark.parametrize("patches", ["planar", pytest.param("curved", marks=pytest.mark.slow)])
 def test_slices_that_are_all_the_same_are_the_plain_track(patches: str) -> None:
     """And a wheel that is round all the way."""
-    plain = solve(Case.from_dict(tables(*PLAIN, patches=patches)))
-    sliced = solve(Case.from_dict(tables(sections((-50.0, 0.0, 20.0, 90.0), 4 * [rail()]),
-                                         sections((-20.0, 0.0, 30.0), 3 * [wheel(R)]), patches=patches)))
+    alike = sections((-50.0, 0.0, 20.0, 90.0), 4 * [rail()]), sections((-20.0, 0.0, 30.0), 3 * [wheel(R)])
+    plain, sliced = (solve(Case.from_dict(tables(*profiles, patches=patches) | {"numerics": {"grid": 8}}))
+                     for profiles in (PLAIN, alike))
     assert plain.converged and sliced.converged, sliced.reason
     for name in ("height_mm", "track_force_x_N", "track_force_z_N", "pressure_max_MPa", "Q_F_W"):
         assert sliced[name] == pytest.approx(plain[name], rel=1e-3, abs=1e-6), name
@@ -76,7 +76,9 @@ def test_a_wheel_climbs_a_nose_ahead_of_its_axle() -> None:
     k = int(np.argmin(facing.gap))
     assert 1e3 * facing.ahead[k] == pytest.approx(R * math.sin(angle), abs=0.02)
     assert 1e3 * facing.position.z == pytest.approx(R - R / math.cos(angle), abs=2e-4)
-    here, further = (solve(Case.from_dict(tables(NOSE, PLAIN[1], position_mm=s))) for s in (0.0, 12.5))
+    further = touching(Case.from_dict(tables(NOSE, PLAIN[1], position_mm=12.5)).task)["right"]
+    assert further.position.z == pytest.approx(facing.position.z - 1.25e-3, abs=1e-8)
+    here = solve(Case.from_dict(tables(NOSE, PLAIN[1])))
     assert here.converged, here.reason
     (patch,) = here.patches
     assert patch.record["x_mm"] == pytest.approx(R * math.sin(angle), abs=0.05)
@@ -85,16 +87,14 @@ def test_a_wheel_climbs_a_nose_ahead_of_its_axle() -> None:
     assert here["track_force_z_N"] == pytest.approx(2e4, rel=1e-4)
     assert patch.record["creepage_x"] == pytest.approx(1.002 - 1.0 / math.cos(angle), rel=0.02)
     assert here["power_balance_error"] < 2e-3
-    assert further["height_mm"] == pytest.approx(here["height_mm"] - 1.25, abs=1e-5)
-    for name in ("track_force_x_N", "pressure_max_MPa", "Q_F_W"):
-        assert further[name] == pytest.approx(here[name], rel=1e-5), name
 
 
 def test_a_mirrored_track_mirrors_the_forces() -> None:
     """A rail that moves sideways along the track, under a right wheel and as its mirror image under a left one."""
     places = np.arange(-60.0, 61.0, 20.0)
     moved = sections(places, [rail(-0.05 * s, 0.1 * s) for s in places])
-    right, left = (solve(Case.from_dict(tables(moved, PLAIN[1], side))) for side in ("right", "left"))
+    right, left = (solve(Case.from_dict(tables(moved, PLAIN[1], side) | {"numerics": {"grid": 8}}))
+                   for side in ("right", "left"))
     assert right.converged, right.reason
     assert abs(right["track_force_y_N"]) > 10.0
     for axis, sign in (("x", 1.0), ("y", -1.0), ("z", 1.0)):
@@ -112,6 +112,10 @@ def test_the_axle_over_a_flat_is_as_high_as_its_chord() -> None:
     facing = touching(Case.from_dict(tables(PLAIN[0], flat(40.0), rotation_deg=0.5 * half)).task)["right"]
     # The edge has turned by as much from below the axle.
     assert 1e3 * facing.position.z == pytest.approx(R * (1.0 - math.cos(math.radians(0.5 * half))), abs=5e-3)
+
+
+@pytest.mark.slow
+def test_all_of_a_flat_bears() -> None:
     result = solve(Case.from_dict(tables(PLAIN[0], flat(40.0))))
     round_one = solve(Case.from_dict(tables(*PLAIN)))
     assert result.converged, result.reason

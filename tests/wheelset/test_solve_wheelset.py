@@ -574,7 +574,8 @@ def test_roll_and_rolling_radii_have_errors_that_cover_a_finer_grid():
     assert math.isnan(given["uncertainty"]["roll_mrad"])
 
 
-@pytest.mark.parametrize(("turns", "wheel_modulus"), [(1.0, 210.0), (1.02, 210.0), (1.0, 70.0), (1.0, 300.0)])
+@pytest.mark.parametrize(("turns", "wheel_modulus"), [
+    (1.02, 210.0), (1.0, 70.0), SLOW(1.0, 210.0), SLOW(1.0, 300.0)])
 def test_a_cylinder_on_a_crowned_rail_is_a_single_contact(turns: float, wheel_modulus: float) -> None:
     """Heathcote's slip is that of the surface in which both bodies touch, also where the wheel's own has none. Of unlike bodies
     that do not couple, (1 − 2ν)/G alike, the stiffer one keeps more of its shape."""

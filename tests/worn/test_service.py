@@ -41,7 +41,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with m.toml, which has both positions, what the command has written in results, and what it has printed."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "m.toml").write_text(BOTH.to_toml())
-    done = call("wear", "m.toml", "--json", "-q", cwd=folder, painted=True)
+    done = call("wear", "m.toml", "--json", "-q", cwd=folder)
     assert done.returncode == 0, done.stderr
     (folder / "printed").write_text(done.stdout)
     return folder
@@ -152,12 +152,12 @@ def test_command_writes_resumes_and_shares(whole: Path, tmp_path: Path) -> None:
     text = (folder / "m_wear.csv").read_text()
     rows = list(csv.DictReader(text.splitlines()))
     assert float(rows[-1]["flange_thickness_right_mm"]) == pytest.approx(32.5, abs=0.1)
-    # The last records are lost: the rest is solved again, by two processes.
+    # The last records are lost: the rest is solved again.
     shutil.copy(whole / "m.toml", tmp_path)
     (tmp_path / "results").mkdir()
     lines = (folder / "m_wear.jsonl").read_text().splitlines(keepends=True)
     (tmp_path / "results" / "m_wear.jsonl").write_text("".join(lines[:-3]))
-    again = call("wear", "m.toml", "--resume", "--jobs", "2", "-q", "--no-plots", cwd=tmp_path)
+    again = call("wear", "m.toml", "--resume", "-q", "--no-plots", cwd=tmp_path)
     assert again.returncode == 0 and (tmp_path / "results" / "m_wear.csv").read_text() == text, again.stderr
     # The result file has the first position on the worn outlines, which `run --from` solves again and `plot` draws.
     with h5py.File(folder / "m_wear.h5") as file:
