@@ -169,6 +169,12 @@ def test_a_case_with_surfaces_is_shown_and_comes_back(tmp_path: Path) -> None:
                        for start in ("elements", "steps"))
     assert "numerics.grid = " in elements and "history.steps = " in steps
     assert "rms slope" in call("show", tmp_path / "case.toml").stdout
+    # A journal has the case with the checksum, so that --resume notices other heights.
+    np.save(tmp_path / "ground.npy", np.zeros((64, 64)))
+    assert Case.from_dict(content).to_json() != case.to_json()
+    with pytest.raises(CaseError, match="has changed") as caught:
+        Case.parse(case.to_toml())
+    assert [finding.key for finding in caught.value.findings] == ["surface.lower.0.checksum"]
 
 
 SDF = """aISO-1.0

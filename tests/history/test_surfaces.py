@@ -185,6 +185,13 @@ def test_split_in_two_and_what_a_run_writes(tmp_path: Path) -> None:
     assert call("run", tmp_path / "one.toml", "-o", tmp_path / "results", painted=True).returncode == 0
     names = {path.name for path in (tmp_path / "results").iterdir()}
     assert {"one_surface.png", "one_surface_height.png", "one_history.h5"} <= names
+    (tmp_path / "results" / "one_surface.png").unlink()
+    assert call("plot", tmp_path / "results" / "one.h5", "--fields", "surface").returncode == 0
+    assert (tmp_path / "results" / "one_surface.png").exists()
+    (name, kept), = read_result(tmp_path / "results" / "one.h5").surfaces.items()
+    assert name == "lower" and kept.path == pytest.approx((0.0, 0.15e-3))
+    middle = np.abs(kept.along[:-1] + 0.5 * np.diff(kept.along) - 0.25e-3).argmin()
+    assert kept.heights[middle].min() == pytest.approx(-0.4e-6, rel=1e-2), "its dent"
     table = read_table(tmp_path / "results" / "one_history.h5", with_fields=True)
     assert "surface_height" in table.states[2].fields
     del case["history"]["distance_mm"]

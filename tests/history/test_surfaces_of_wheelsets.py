@@ -14,6 +14,7 @@ import pytest
 from tests.support.command_line import call
 from tests.support.soft_wheel import RADIUS, wheel
 from thermoroll_cli import Case, CaseError, Result, conicity, solve
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.many_contacts.history.wheelset_over_time import facts_over_time, warnings_over_time
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -94,6 +95,7 @@ def test_a_history_goes_on_where_the_surfaces_of_the_one_before_stand(tmp_path: 
     wave = {"kind": "wave", "amplitude_um": 20.0, "wavelength_mm": 12.0}
     whole = rolled(wave, wave, history={"distance_mm": [0, 6], "steps": 4})
     rolled(wave, wave).save(tmp_path / "first.h5")
+    assert [*read_result(tmp_path / "first.h5").surfaces] == ["right rail", "right wheel"]
     second = rolled(wave, wave, history={
         "distance_mm": None, "time_s": [0, 3e-3], "steps": 2, "begin": str(tmp_path / "first.h5")})
     for name in ("surface_height_right_um", "position_mm", "rotation_deg"):

@@ -207,14 +207,6 @@ class Solved(Outcome):
             from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
             yield from to.drawn(f"{self.stem}_history", lambda path: draw_table(columns, path, dpi=to.dpi))
-        if self.case.settings.surface is not None:
-            from thermoroll_cli.plots import style
-            from thermoroll_cli.plots.surface_figure import surface_figure
-
-            with style.applied():
-                figure = surface_figure(self.case.task)
-                if figure is not None:
-                    yield from to.drawn(f"{self.stem}_surface", lambda path: style.save(figure, path, to.dpi))
 
     def pictures(self, folder: Path) -> list[str]:
         # Without files that are called like pictures matplotlib is not imported for their names.
@@ -222,8 +214,7 @@ class Solved(Outcome):
             return []
         from thermoroll_cli.plots.pictures import kinds_of
 
-        kinds = *kinds_of(self.result), *(("history",) if self.result.history is not None else ()), *(
-            ("surface",) if self.case.settings.surface is not None else ())
+        kinds = *kinds_of(self.result), *(("history",) if self.result.history is not None else ())
         return [f"{self.stem}_{kind}" for kind in kinds]
 
     def section(self, folder: Path) -> Section:

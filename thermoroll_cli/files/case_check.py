@@ -7,6 +7,7 @@ import itertools
 import math
 import os
 import re
+import zlib
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
@@ -272,10 +273,14 @@ class _Checker:
                 os.path.join(os.path.dirname(self.source.name), table.file))})
             try:
                 reading_of(table, "upper" if {"upper", "wheelset"} & {*path} else "lower")
+                with open(str(table.file), "rb") as file:
+                    found = f"{zlib.crc32(file.read()):08x}"
             except (ValueError, OSError) as fault:
                 self._note((*path, "file"), str(fault), allowed=MEASURED_IN, hint=getattr(fault, "hint", ""))
                 return None
-            return table
+            if table.checksum not in (None, found):
+                self._note((*path, "checksum"), f"{table.file} has changed: it has {found}", allowed="that, or none")
+            return table.model_copy(update={"checksum": found})
         if isinstance(table, OutlineTable) and (slices := self._slices(path, table)) is not None:
             changes |= slices
             failed = failed or not slices

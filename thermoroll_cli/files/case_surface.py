@@ -29,7 +29,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
 OTHERS: dict[str, tuple[str, ...]] = {
     "wave": ("angle_deg",), "dent": ("shoulder_um", "repeat"), "flat": ("rounding_mm", "repeat"),
     "rough": ("hurst", "lay_angle_deg", "lay_ratio", "seed"),
-    "file": ("spacing_um", "unit", "remove", "degree", "smoothing_mm", "along", "flip", "mirror", "fill", "repeat"),
+    "file": ("spacing_um", "unit", "remove", "degree", "smoothing_mm", "along", "flip", "mirror", "fill", "repeat", "checksum"),
 }  # fmt: skip
 """Keys that each kind may have besides `start_mm` and `offset_mm`."""
 
@@ -59,6 +59,8 @@ class SurfaceTable(Table):
         "y of the file changes its sign; default false, of instruments' files of the upper body true: they look at it from "
         "outside"))
     fill: Literal["interpolate"] | None = Field(default=None, description="How points without a height get one")
+    checksum: str | None = Field(default=None, max_length=8, description=(
+        "CRC-32 of the file, as a case that was read has it; another file is refused, also by --resume"))
     amplitude_um: float | None = quantity("Amplitude of a wave", None, ge=-1e6, le=1e6)
     wavelength_mm: float | None = quantity("Its length", None, ge=1e-6, le=1e6)
     angle_deg: float | None = quantity("Its direction, from that of coming in towards +y; default 0", None, ge=-360, le=360)

@@ -17,6 +17,7 @@ from thermoroll_cli.plots.run_frame import RunFrame, frame_of
 from thermoroll_cli.plots.style import applied, save
 from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, strength_figure, subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
+from thermoroll_cli.plots.surface_figure import surface_figure
 from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.process import safe_point
@@ -32,6 +33,7 @@ def _of_field(frame: RunFrame, quantity: Quantity) -> Figure | None:
 
 KINDS: dict[str, Draw] = {
     **{name: partial(_of_field, quantity=quantity) for name, quantity in QUANTITIES.items()},
+    "surface": lambda frame: surface_figure(frame.result),
     "profile": profile_figure,
     "centreline": centreline_figure,
     "track": track_figure,

@@ -111,6 +111,19 @@ class BodyStresses:
     strength: Mapping[str, AnyArray] = field(default_factory=dict)
 
 
+class SurfaceMap(NamedTuple):
+    """The mean `heights` (m), (n, m), of a surface between the places `along` it and `across` (m; none across a line contact),
+    the `path` (m) along it of the middle of a contact from its beginning to its end, the contact's `half` lengths (m) and its
+    `centre` across (m)."""
+
+    along: Array
+    across: Array
+    heights: AnyArray
+    path: tuple[float, float]
+    half: tuple[float, float]
+    centre: float
+
+
 def within_layers(depths: AnyArray) -> list[slice]:
     """Parts of `depths` between interfaces, whose lower side is the next larger number: stresses jump there."""
     jumps = np.flatnonzero(np.nextafter(depths[:-1], np.inf) == depths[1:]) + 1
@@ -154,7 +167,8 @@ class Result:
     - `subsurface`: stresses inside the bodies (`Subsurface`); None if the problem asks for none;
     - `attributes`: of the file that the result was read from: time, versions, command line;
     - `history`: of a contact over time the `Columns` of all states, over `time_s`: `distance_mm`, inputs that change, scalars,
-      and their errors as `uncertainty.NAME`; the result itself is that of the last state. None for others, and in a file.
+      and their errors as `uncertainty.NAME`; the result itself is that of the last state. None for others, and in a file;
+    - `surfaces`: of a contact over time the surfaces that it has rolled over, by the names of their bodies.
     """
 
     problem: Problem
@@ -178,6 +192,7 @@ class Result:
     record: Mapping[str, Any] = field(default_factory=dict)
     lines: Mapping[str, Array] = field(default_factory=dict)
     history: Columns | None = None
+    surfaces: Mapping[str, SurfaceMap] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         every = dict.fromkeys(self.numbers, math.nan) | dict(self.uncertainty)

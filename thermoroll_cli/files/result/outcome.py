@@ -7,7 +7,7 @@ The tree of a result has the attributes `status`, `reason`, … and the nodes
 - `lower`, `upper`: stresses inside the bodies, over z, x and y;
 - `residuals`: over the iterations;
 - `isothermal`, of the same layout, if heat changes the contact; and the `patches` of an assembly under their names;
-- `lines`: of an assembly, outlines; `input`: the case and the problem.
+- `lines`: of an assembly, outlines; `surfaces`: what a contact over time rolls over; `input`: the case and the problem.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from thermoroll_cli.problem.names import (
     unit_of,
 )
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Subsurface
+from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Subsurface, SurfaceMap
 from thermoroll_cli.tools.arrays import Array
 
 KIND = "result"
@@ -70,7 +70,7 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
 
     Raises ResultFileError (an OSError), with a plain message, for a file that is missing, unreadable, foreign, truncated,
     damaged or of another version."""
-    return result_of(load(path, KIND, () if with_fields else ("fields", *BODIES, "residuals", "lines")), path)
+    return result_of(load(path, KIND, () if with_fields else ("fields", *BODIES, "residuals", "lines", "surfaces")), path)
 
 
 def read_tree(path: str | os.PathLike[str]) -> Node:
@@ -100,6 +100,8 @@ def tree_of(result: Result) -> Node:
             arrays |= axis(f"{name}_point", np.arange(line.shape[1])) | {
                 name: Labelled(("coordinate", f"{name}_point"), np.asarray(line))}
         nodes["lines"] = Node(arrays)
+    if result.surfaces:
+        nodes["surfaces"] = Node(nodes={name: _surface(each) for name, each in result.surfaces.items()})
     if result.assembly:
         nodes["patches"] = Node(nodes={patch.name: tree_of(patch.with_case("", "")) for patch in result.contacts})
     problem = dataclasses.asdict(result.problem.smooth) | {"title": storable(result.problem.title)}
@@ -147,6 +149,18 @@ def _body(stresses: BodyStresses, state: State) -> Node:
     peaks = {"stressed": stresses.most_stressed} | ({} if stresses.hottest is None else {"hottest": stresses.hottest})
     return Node(arrays, {"plane_y": float(stresses.plane_y)} | {
         f"{kind}_{name}": float(value) for kind, peak in peaks.items() for name, value in peak._asdict().items()})
+
+
+def _surface(found: SurfaceMap) -> Node:
+    axes = ("along", "across")[: 2 if len(found.across) else 1]
+    places = {name: 0.5 * (ends[1:] + ends[:-1]) for name, ends in (("along", found.along), ("across", found.across))}
+    arrays = dict[str, Labelled]()
+    for name in axes:
+        arrays |= axis(name, places[name], "m", f"{name} the surface, middles of what heights are means of")
+    heights = found.heights if len(axes) == 2 else found.heights[:, 0]
+    return Node(arrays | {"height": Labelled(axes, heights, "m", "height over the smooth shape")}, {
+        "path_begin": found.path[0], "path_end": found.path[1], "half_length": found.half[0], "half_width": found.half[1],
+        "centre": found.centre})
 
 
 # --- reading ---------------------------------------------------------------------------------------------------------
@@ -207,6 +221,7 @@ def _result(tree: Node) -> Result:
         subsurface=Subsurface(bodies, below) if below else None,
         assembly=assembly,
         lines={name: array.values for name, array in lines.items() if array.axes != (name,)},
+        surfaces={name: _map_of(node) for name, node in tree.nodes.get("surfaces", Node()).nodes.items()},
         **plain,
     )
 
@@ -222,6 +237,19 @@ def _state(tree: Node, scalars: Mapping[str, float]) -> State:
     x, y = (_coordinates(arrays[name]) if name in arrays else np.zeros(0) for name in "xy")
     fields = {name: _over(array, ("x", "y")[: array.values.ndim], name) for name, array in arrays.items() if name not in "xy"}
     return State(fields, scalars, x, y)
+
+
+def _map_of(node: Node) -> SurfaceMap:
+    axes = ("along", "across")[: node.arrays["height"].values.ndim]
+    ends = []
+    for name in axes:
+        middles = _coordinates(node.arrays[name])
+        step = middles[1] - middles[0]
+        ends.append(np.append(middles - 0.5 * step, middles[-1] + 0.5 * step))
+    heights = _over(node.arrays["height"], axes, "height")
+    at = {name: float(value) for name, value in node.attributes.items()}
+    return SurfaceMap(ends[0], ends[1] if len(axes) == 2 else np.zeros(0), heights if len(axes) == 2 else heights[:, None],
+                      (at["path_begin"], at["path_end"]), (at["half_length"], at["half_width"]), at["centre"])
 
 
 def _coordinates(array: Labelled) -> Array:

@@ -14,6 +14,7 @@ from thermoroll_cli.many_contacts.history.history_plan import MOST_STEPS, check,
 from thermoroll_cli.many_contacts.history.kept_steps import KeptSteps
 from thermoroll_cli.many_contacts.history.row_errors import ReportedMoment, errors_of_rows, scalars_of_problem
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
+from thermoroll_cli.many_contacts.history.surface_maps import maps_of_contact
 from thermoroll_cli.one_contact.refinement.error_estimates import missed_accuracy
 from thermoroll_cli.one_contact.refinement.outcome import state_of_line
 from thermoroll_cli.one_contact.refinement.plan import extent_of, grown, may_grow
@@ -81,7 +82,7 @@ class HistorySolver:
             reason = not_reached(accuracy, missed, f"on the finest grid tried, {tried} elements",
                                  "ask for less, or for others in numerics.accuracy_of, or set numerics.grid and history.steps")
             found = replace(found, converged=False, reason=found.reason or reason)
-        return found
+        return replace(found, surfaces=maps_of_contact(history))
 
 
     def _steps(self, history: History, extent: float) -> int:

@@ -23,6 +23,7 @@ from thermoroll_cli.many_contacts.history.history_plan import FIRST, grids_of, s
 from thermoroll_cli.many_contacts.history.row_errors import SAFETY, over_rows, unseen_pressure
 from thermoroll_cli.many_contacts.history.solve import on_domain, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
+from thermoroll_cli.many_contacts.history.surface_maps import maps_of_wheelset
 from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, roll_of, touching, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.one_wheel import NoHeight, same_patch
 from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch, problem_of_patch
@@ -350,7 +351,9 @@ def _result(
     patches = tuple(replace(patch, result=replace(patch.result, uncertainty=_errors_of_patch(patch, before)))
                     for patch in last.solved.patches)
     found = result_of(replace(last.solved, patches=patches), tuple(warnings))
+    first = next(iter(rows.values()))
     return replace(found, converged=not reason, reason=reason, history=table,
+                   surfaces=maps_of_wheelset(first.solved.patches, last.solved.patches),
                    uncertainty={**found.uncertainty, **{name: float(error[-1]) for name, error in errors.items()}},
                    work={**found.work, "steps": len(rows) - 1, "applications": sum(row.applications for row in rows.values())})
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.many_contacts.wheelset.curves import SMALLEST_STEP, STEP
 from thermoroll_cli.many_contacts.wheelset.kinematics import directions
 from thermoroll_cli.many_contacts.wheelset.placement import Position
-from thermoroll_cli.many_contacts.wheelset.rolled_surfaces import OnPatch, standing
+from thermoroll_cli.many_contacts.wheelset.rolled_surfaces import OnPatch, Standing, standing
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable, common_surface
 from thermoroll_cli.problem.surface import Closing
@@ -328,12 +328,16 @@ class PatchSurface:
     @cached_property
     def heights(self) -> Closing | None:
         """What closes the gap beside the powers in the `table`, over the places −x and −s; None: nothing."""
-        rail, wheel = self.facing.rail, self.facing.wheel
-        if rail.surface is None and wheel.surface is None:
+        if not self.surfaces:
             return None
         s = self.table[0][::-1]
-        return OnPatch(standing(self.facing, self.x, nearest(rail.samples, self.y, self.z), self._on_locus), rail.lifts,
-                       tuple((-s).tolist()), tuple(np.cos(self.inclination(s)).tolist()))
+        return OnPatch((*self.surfaces.values(),), self.facing.rail.lifts, tuple((-s).tolist()),
+                       tuple(np.cos(self.inclination(s)).tolist()))
+
+    @cached_property
+    def surfaces(self) -> Standing:
+        """Those of rail and wheel that have one, where they stand at the place."""
+        return standing(self.facing, self.x, nearest(self.facing.rail.samples, self.y, self.z), self._on_locus)
 
     @property
     def rolling_radius(self) -> float:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.curves import curve
+from thermoroll_cli.many_contacts.wheelset.placement import RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.surface import Heights
 from thermoroll_cli.tools.arrays import Array
@@ -19,15 +20,17 @@ from thermoroll_cli.tools.arrays import Array
 DEEP = 1e-4
 """Overlap (m) of a wheel and a rail of the length over which the mean is taken."""
 
-Standing = tuple[tuple[Heights, float, float], ...]
-"""Surfaces, each with its place u (m) in the middle of a contact, and the y (m) of its outline there."""
+Standing = dict[str, tuple[Heights, float, float]]
+"""Surfaces of a "rail" and a "wheel", each with its place u (m) in the middle of a contact, and the y (m) of its outline."""
 
 
 def standing(facing: Facing, x: float, on_rail: int, on_wheel: int) -> Standing:
     """The surfaces of rail and wheel at a place `x` (m) ahead of the axle, at samples of their outlines."""
-    sides = (facing.rail, facing.rail.along, on_rail), (facing.wheel, facing.wheel.radius * facing.wheel.turned, on_wheel)
-    return tuple((side.surface, there + x, float(curve(side.profile).samples[0][number]))
-                 for side, there, number in sides if side.surface is not None)
+    rail, wheel = facing.rail, facing.wheel
+    sides: dict[str, tuple[RailSide | WheelSide, float, int]] = {
+        "rail": (rail, rail.along, on_rail), "wheel": (wheel, wheel.radius * wheel.turned, on_wheel)}
+    return {name: (side.surface, there + x, float(curve(side.profile).samples[0][number]))
+            for name, (side, there, number) in sides.items() if side.surface is not None}
 
 
 def lift(facing: Facing) -> float:
@@ -38,7 +41,7 @@ def lift(facing: Facing) -> float:
     on_rail, on_wheel = (round(outline.index[k]) for outline in facing.outlines)
     around = math.sqrt(2.0 * facing.wheel.radius * DEEP) * np.array([-1.0, 1.0])
     return sum(float(surface.over(u + around, y + around)[0, 0])
-               for surface, u, y in standing(facing, float(facing.ahead[k]), on_rail, on_wheel))
+               for surface, u, y in standing(facing, float(facing.ahead[k]), on_rail, on_wheel).values())
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class OnPatch:
     """Heights that close the gap of a patch, whose y rises against that of its `surfaces`; less what has `lifted` (m) the rail.
     The surface in which the bodies touch has the `cosine` of its inclination at the places `across` (m)."""
 
-    surfaces: Standing
+    surfaces: tuple[tuple[Heights, float, float], ...]
     lifted: float
     across: tuple[float, ...]
     cosine: tuple[float, ...]
