@@ -14,8 +14,9 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.arrays import Array
 
 WRENCH = ("force_x_N", "force_y_N", "spin_moment_Nmm", "rolling_resistance_moment_Nmm")
-INTEGRALS = (*WRENCH, "Q_F_W", "T_gamma_N", "expansion_power_W")
-"""Scalars of a contact that act on its ball; those that follow its creepages by the slopes of the wrench."""
+POWERS = "Q_F_W", "T_gamma_N", "expansion_power_W"
+INTEGRALS = (*WRENCH, *POWERS)
+"""Scalars of a contact that follow its creepages by the slopes of the wrench: those that act on its ball, and its powers."""
 
 
 class SolvedContact(NamedTuple):
