@@ -28,7 +28,7 @@ class BearingKind(Kind):
         columns=("ball", "ring", "normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa",
                  "Q_F_W"),
         figures={"loads": "plots.bearing_figures.loads_figure", "axes": "plots.bearing_figures.axes_figure",
-                 "patches": "plots.wheelset_figures.patches_figure"})
+                 "patches": "plots.bearing_figures.patches_figure"})
 
     def task(self, settings: Any, contact: Any) -> Any:
         from thermoroll_cli.files.case_bearing import bearing_of

@@ -28,6 +28,8 @@ PLACE, DIFFERENCE = ".y_rail_mm", "rolling_radius_difference_mm"
 WINDOW = (56.0, -26.0, 40.0)
 """Half-width of a cross-section about the middle of the rail, and its highest and lowest z, in mm."""
 
+FROM_ABOVE = "seen from above"
+
 
 def section_figure(result: Result) -> Figure:
     """Rails and wheels across the track, to scale, seen from behind, and the largest pressure on each line of rolling as a comb
@@ -89,8 +91,17 @@ def _draw_comb(axes: Axes, patch: Result, peak: float) -> tuple[float, float]:
 def patches_figure(result: Result) -> Figure | None:
     """Pressure of all patches side by side on one scale, of a wheelset seen from above: x along travel upwards, y to the
     right along the surface. None without a patch."""
+    return pressure_maps(result, FROM_ABOVE, _names(result))
+
+
+def _names(result: Result) -> list[str]:
+    return [patch.name.replace("_", " ") for patch in result.shown]
+
+
+def pressure_maps(result: Result, note: str, titles: Sequence[str]) -> Figure | None:
+    """The pressure of the contacts that are `shown`, with `titles`, on one scale, and a `note` on how. None without any."""
     pressures = [1e-6 * np.asarray(patch.coupled.fields["pressure"]) for patch in result.shown]
-    return _maps(result, pressures, 0.0, "pressure", "MPa")
+    return _maps(result, pressures, 0.0, "pressure (MPa)", note, titles)
 
 
 def friction_figure(result: Result) -> Figure | None:
@@ -101,11 +112,15 @@ def friction_figure(result: Result) -> Figure | None:
         # A patch in which friction is the same everywhere has no field of it.
         whole = patch["friction_limit_N"] / patch["normal_N"]
         values.append(np.where(np.asarray(fields["pressure"]) > 0.0, fields.get("friction_coefficient", whole), np.nan))
-    low, high = (min(map(np.nanmin, values), default=0.0), max(map(np.nanmax, values), default=0.0))
-    return _maps(result, values, float(low), "coefficient of friction", "μ") if high > low * (1.0 + 1e-9) else None
+    low, high = (float(min(map(np.nanmin, values), default=0.0)), max(map(np.nanmax, values), default=0.0))
+    if high <= low * (1.0 + 1e-9):
+        return None
+    return _maps(result, values, low, "coefficient of friction μ", FROM_ABOVE, _names(result))
 
 
-def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, unit: str) -> Figure | None:
+def _maps(
+    result: Result, values: Sequence[Array], lowest: float, words: str, note: str, titles: Sequence[str]
+) -> Figure | None:
     """`values` (nx, ny) of all patches on one scale of lengths, from the `lowest` on; nan is left empty."""
     if not result.shown:
         return None
@@ -124,8 +139,7 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
     # Labels across take more room than those along: at least so many mm from tick to tick.
     across, along = (MaxNLocator(max(4, int(per_mm * length / room)), steps=[1, 2, 5, 10]).tick_values(0.0, length)[1]
                      for length, room in ((max(widths), 9.0), (height, 3.0)))
-    for axes, patch, (x, y, value, borders, place), box, middle in zip(
-            panels, result.shown, shown, boxes, middles, strict=True):
+    for axes, title, (x, y, value, borders, place), box, middle in zip(panels, titles, shown, boxes, middles, strict=True):
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
         image = axes.imshow(value, norm=norm, cmap=colours.cmap, origin="lower",
                             interpolation="nearest" if np.isnan(value).any() else "bilinear",
@@ -134,13 +148,12 @@ def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, un
             image.set_clip_path(borders.outline, transform=place + axes.transData)
         draw_borders(axes, borders, place)
         axes.set(xlim=box[:2], ylim=(middle - 0.5 * height, middle + 0.5 * height), xlabel="y (mm)",
-                 title=patch.name.replace("_", " "))
+                 title=title)
         axes.xaxis.set_major_locator(MultipleLocator(across))
         axes.yaxis.set_major_locator(MultipleLocator(along))
-    on_track = result.assembly == "wheelset"
-    panels[0].set_ylabel("x along travel (mm)" if on_track else "x (mm)")
-    figure.colorbar(colours, ax=list(panels), label=f"{words} ({unit})", pad=0.06)
-    style.add_headline(figure, result.problem.title, result.converged, "seen from above" if on_track else "")
+    panels[0].set_ylabel("x along travel (mm)" if note == FROM_ABOVE else "x (mm)")
+    figure.colorbar(colours, ax=list(panels), label=words, pad=0.06)
+    style.add_headline(figure, result.problem.title, result.converged, note)
     style.add_legend(figure, kinds_of_borders(borders for *_, borders, _ in shown))
     return figure
 
