@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_errors import Fault, KeyPath
 from thermoroll_cli.files.case_history import STATES, HistoryTable, history_faults
-from thermoroll_cli.files.case_line import LOAD, is_line, line_faults
+from thermoroll_cli.files.case_line import LOAD, PRESSURE, is_line, line_faults
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.case_surface import surface_faults
@@ -92,7 +92,7 @@ def _convexity(sections: Sections, geometry: model.GeometryTable) -> Iterator[Co
             if axis == "y" and is_line(sections):
                 continue
             reason, hint = "both bodies are flat", "give one body a finite radius" + (
-                f", or a load per length, {LOAD}, for a line contact" if axis == "y" else "")
+                f", or a load per length, {LOAD}, or a pressure, {PRESSURE}, for a line contact" if axis == "y" else "")
         else:
             reason = f"1/{lower:g} + 1/{upper:g} = {curvature:.4g} 1/mm"
             hint = "a concave radius must be larger than the convex radius of the other body"

@@ -154,8 +154,8 @@ class LoadTable(Table):
     normal_N_mm: float | None = quantity("Normal load per length of bodies that are long across rolling: a line contact; "
                                          "instead of normal_N", None, ge=1e-15, le=1e15)  # fmt: skip
     hertz_pressure_MPa: float | None = quantity(
-        "Hertz's peak pressure of the smooth, elastic bodies, which determines the load; instead of normal_N", None, ge=1e-9,
-        le=1e9)
+        "Hertz's peak pressure of the smooth, elastic bodies, which determines the load; of two that are flat across that per "
+        "length; instead of normal_N", None, ge=1e-9, le=1e9)
     approach_um: float | None = quantity("Approach of the bodies, which determines the load; instead of normal_N", None,
                                          ge=1e-9, le=1e9)  # fmt: skip
     vertical_N: float | None = quantity("Vertical force of a conformal contact, traction included; instead of normal_N", None,

@@ -149,9 +149,9 @@ def pressed_to(problem: Problem, approach: float) -> Problem:
 
 def pressed_with(problem: Problem, pressure: float) -> Problem:
     """`problem` with the normal force under which smooth elastic bodies have the peak `pressure` (Pa): Hertz's grows with the
-    cube root of the load."""
+    cube root of the load, in a line contact with its square root, p₀² = W'E*/(πR)."""
     of_one = DerivedQuantities(replace(problem, normal_force=1.0)).scales.peak_pressure
-    return replace(problem, normal_force=(pressure / of_one) ** 3, hertz_pressure=pressure)
+    return replace(problem, normal_force=(pressure / of_one) ** (2 if problem.line else 3), hertz_pressure=pressure)
 
 
 def rubbed(problem: Problem, points: Sequence[tuple[float, float]]) -> Problem:

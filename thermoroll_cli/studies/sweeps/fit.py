@@ -27,6 +27,7 @@ from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.case_line import is_line
 from thermoroll_cli.files.case_schema import allowed_values, entry_at
 from thermoroll_cli.files.case_source import CaseSource, Override, key_path
 from thermoroll_cli.plots.fit_figures import Figure, fit_figure
@@ -444,7 +445,7 @@ def _asked(model: _Model) -> tuple[Override, ...]:
     if numerics.grid is not None or numerics.accuracy_of is not None:
         return ()
     names = [OVER_LOAD.get(name, name) for name in model.measured.values]
-    if model.case.settings.load.normal_N_mm is not None:
+    if is_line(vars(model.case.settings)):
         names = [PER_LENGTH.get(name, name) for name in names]
     return (Override(("numerics", "accuracy_of"), names, f"numerics.accuracy_of={names}", "fit"),)
 
