@@ -21,7 +21,9 @@ from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.csv_table import write_rows
+from thermoroll_cli.problem.columns import CONVERGED, Columns
 from thermoroll_cli.problem.friction import FORMULAS, LAW_CONSTANTS, FormulaName, FrictionLaw
+from thermoroll_cli.problem.names import UNCERTAINTY
 from thermoroll_cli.studies.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.studies.creep_table.creep_force_table import CreepForceTable, Outside, OutsideTable
 from thermoroll_cli.studies.creep_table.table_file import (
@@ -33,6 +35,7 @@ from thermoroll_cli.studies.creep_table.table_file import (
     write_table,
 )
 from thermoroll_cli.studies.sweeps.points import Axis
+from thermoroll_cli.tools.arrays import Array
 from thermoroll_cli.tools.journal import ALTERNATIVES
 from thermoroll_cli.tools.runner import Workers
 
@@ -188,6 +191,10 @@ def query(
     csv: Annotated[
         Path | None, typer.Option("--csv", metavar="FILE", help="Write the forces as CSV; without a contact, the table.")
     ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Picture of the forces over the creepage with most values "
+                                  "(.png, .svg, .pdf).")
+    ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Print the forces at given creepages.
@@ -228,6 +235,9 @@ def query(
         "spin_moment_error_Nmm": forces.spin_moment_error * 1e3, "T_gamma_N": forces.t_gamma,
         "T_gamma_error_N": forces.t_gamma_error, "gamma_st": forces.stick_fraction,
         "poisson_ratio": np.full_like(xi, table.values.poisson_ratio)}
+    if plot is not None:
+        with options.usage("--plot"):
+            _draw(plot, columns, f"a = {a:g} mm, b = {b:g} mm, μ = {at_rest:g}, W = {pressing:g} N")
     # Symmetry leaves −0, which reads as a number that is not 0.
     rows = list(zip(*((values + 0.0).tolist() for values in columns.values()), strict=True))
     if csv is not None:
@@ -239,6 +249,21 @@ def query(
             streams.write_json(dict(zip(columns, row, strict=True)))
         else:
             streams.write("\t".join(f"{value:.6g}" for value in row))
+
+
+def _draw(path: Path, columns: Mapping[str, Array], contact: str) -> None:
+    """The forces of a query as the picture of a sweep. Raises ValueError where there is nothing to draw, or no such format."""
+    from thermoroll_cli.studies.sweeps.table_picture import draw_table
+
+    keys = {"creepage.longitudinal": "creepage_longitudinal", "creepage.lateral": "creepage_lateral",
+            "creepage.spin_rad_mm": "creepage_spin_rad_mm"}
+    errors = {"force_x_N": "force_error_N", "force_y_N": "force_error_N", "spin_moment_Nmm": "spin_moment_error_Nmm"}
+    shown = {**{key: columns[name] for key, name in keys.items()},
+             **{name: columns[name] for name in (*errors, "gamma_st")},
+             **{f"{UNCERTAINTY}{name}": columns[error] for name, error in errors.items()}}
+    table = {name: column.tolist() for name, column in shown.items()} | {"status": [CONVERGED] * len(columns["force_x_N"])}
+    if why_not := draw_table(Columns(table, (*keys,), (*keys,), f"Table of creep forces: {contact}"), path):
+        raise ValueError(why_not)
 
 
 def _given(option: str, value: Given | None) -> Given:
