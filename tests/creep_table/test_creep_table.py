@@ -333,7 +333,8 @@ def test_a_query_is_drawn_as_a_sweep_and_names_the_option(tiny: Path, tmp_path: 
     over = ("--longitudinal", "0:0.01:5", "--spin-rad-mm", "0,1e-3", *CONTACT)
     done = call("table", "query", tiny, *over, "--plot", tmp_path / "q.svg", painted=True)
     shown = (tmp_path / "q.svg").read_text()
-    assert done.returncode == 0 and all(words in shown for words in ("spin = 0.001 rad/mm", "longitudinal creepage", "W = 80000 N"))
+    assert done.returncode == 0 and all(
+        words in shown for words in ("spin = 0.001 rad/mm", "longitudinal creepage", "W = 80000 N"))
     for wrong in (("--plot", tmp_path / "q.gif"), ("--plot", tmp_path / "q.png", "--longitudinal", "0", "--spin-rad-mm", "0")):
         assert call("table", "query", tiny, *over, *wrong).returncode == 2
     other = call("table", "query", tiny, *over, "--plots", "all")
