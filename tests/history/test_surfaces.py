@@ -212,6 +212,15 @@ def test_a_surface_of_small_waves_is_not_called_known() -> None:
     assert fine.uncertainty["pressure_max_MPa"] > 0.3e-6 * 0.5 * MODULUS * 0.02e-6 * 2.0 * np.pi / 8e-6
 
 
+def test_errors_know_that_steps_pass_over_waves() -> None:
+    """Steps longer than a wave hardly change the forces, but the heat at their ends."""
+    wave = Wave(0.5e-6, 0.25e-3, start=0.1e-3)
+    coarse, fine = (rolled(over_time(16, 0.9, steps, creepage={"longitudinal": 0.0004}), lower=wave) for steps in (3, 24))
+    error = np.abs(column(coarse, "Q_F_W") - column(fine, "Q_F_W")[::8])
+    assert (error[1:] < 2.5 * column(coarse, "uncertainty.Q_F_W")[1:]).all()
+    assert error.max() > 0.25 * column(fine, "Q_F_W").max()
+
+
 def test_a_rough_step_takes_few_applications() -> None:
     """Spots stick and slip anew with every step; near full sliding, and with a part of the friction used."""
     for creepage, most in ((0.0015, 2.0), (0.0004, 3.2)):

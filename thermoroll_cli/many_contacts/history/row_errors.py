@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.many_contacts.history.course import History, When
+from thermoroll_cli.many_contacts.history.history_plan import PER_STEP
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
@@ -54,12 +55,13 @@ Errors = dict[str, Array]
 @dataclass(frozen=True)
 class ReportedMoment(When):
     """A state of a history as tables have it: scalars, the `applications` since the row before, whether all steps since then
-    were solved, and with its fields the `state`."""
+    were solved, the longest of them (`step`, m), and with its fields the `state`."""
 
     scalars: Mapping[str, float]
     applications: int
     converged: bool
     state: State | None = None
+    step: float = 0.0
 
 
 def over_rows(places: Array, known: Array, difference: Array, alike: Array | None = None) -> Array:
@@ -296,6 +298,25 @@ def _of_heights(rows: _Compared) -> Iterator[tuple[str, Array]]:
             yield name, rows.differences[name] + rows.unseen_pressure * per
 
 
+def _of_long_steps(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """Over steps that are long beside the waves of a surface tractions do not feel what passes between them: they err as much
+    as they change from one row to another there, and the heat by the change of what is stored meanwhile, too."""
+    shortest = min((each.texture.shortest for each in rows.history.surfaces if each is not None), default=math.inf)
+    long = np.array([row.step > PER_STEP * shortest for row in rows.rows])[1:]
+    if not (rows.both and long.any()):
+        return
+
+    def change(name: str, over: Array | float = 1.0) -> Array:
+        changes = np.abs(np.diff(np.nan_to_num(rows[name]))) / over
+        return np.append(0.0, SAFETY * scipy.ndimage.maximum_filter1d(np.where(long, changes, 0.0), 3))
+
+    for name in (*OF_TRACTIONS, "stick_area_mm2"):
+        if rows.named(name) in rows.columns:
+            yield rows.named(name), change(name)
+    lasted = np.diff([row.time for row in rows.rows])
+    yield rows.named("Q_F_W"), change("Q_F_W") + change("elastic_energy_J", lasted)
+
+
 def _of_middle(rows: _Compared) -> Iterator[tuple[str, Array]]:
     """The pressure in the middle errs as the largest one does, by `MIDDLE`."""
     if {"pressure_centre_MPa", "pressure_max_MPa"} <= rows.differences.keys():
@@ -303,7 +324,8 @@ def _of_middle(rows: _Compared) -> Iterator[tuple[str, Array]]:
 
 
 RULES: tuple[Callable[[_Compared], Iterator[tuple[str, Array]]], ...] = (
-    _of_difference, _of_interpolation, _of_border, _of_balance, _of_unseen_slip, _of_heights, _of_middle)
+    _of_difference, _of_interpolation, _of_border, _of_balance, _of_unseen_slip, _of_heights, _of_long_steps,
+    _of_middle)
 
 
 def scalars_of_problem(problem: Problem) -> dict[str, float]:

@@ -148,16 +148,18 @@ class _Level:
     _last: Moment | None = None
     _work: int = 0
     _solved: bool = True
+    _step: float = 0.0
 
     def add(self, moment: Moment) -> None:
         """The end of a step, which is a row where the course has one."""
+        self._step = max(self._step, 0.0 if self._last is None else moment.distance - self._last.distance)
         self._last, self._work, self._solved = moment, self._work + moment.applications, self._solved and moment.converged
         if moment.place in self.history.course.rows:
             reported = _reported(moment)
             scalars = {**reported.scalars, **self._below(moment)}
             self.rows.append(ReportedMoment(moment.place, moment.time, moment.distance, scalars, self._work, self._solved,
-                                 reported if moment.place in self.history.course.places_of_fields else None))
-            self._work, self._solved = 0, True
+                                 reported if moment.place in self.history.course.places_of_fields else None, self._step))
+            self._work, self._solved, self._step = 0, True, 0.0
 
     def _below(self, moment: Moment) -> dict[str, float]:
         """The stresses below the surface of a row that keeps its fields; nan of the others."""
