@@ -16,7 +16,7 @@ from thermoroll_cli.many_contacts.wheelset.first_contact import wheelset_warning
 from thermoroll_cli.many_contacts.wheelset.indentation import _grid
 from thermoroll_cli.many_contacts.wheelset.kinematics import Slip, creepages, directions
 from thermoroll_cli.many_contacts.wheelset.patch_surface import patches_of
-from thermoroll_cli.many_contacts.wheelset.placement import Position, WheelSide, locus
+from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide, locus
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable
 
@@ -109,6 +109,21 @@ def test_a_corner_of_a_profile_stays_a_corner():
     np.testing.assert_allclose(np.minimum(abs(z), abs(y - 3.0)), 0.0, atol=1e-14)
     np.testing.assert_allclose(np.hypot(dy, dz), 1.0, rtol=1e-12)
     assert corner.corner_places.tolist() == [[3.0, 0.0]]
+
+
+def test_a_steep_patch_beside_a_groove_reaches_past_its_normal():
+    """A nose, a groove of 60 mm and a wing: the floor of the groove lies behind the normal of the nose's flank, which bears as
+    a wheel that is 20 µm lower, at 45 degrees, overlaps it."""
+    phi = np.linspace(-1.3, 1.3, 105)
+    nose = [(0.015 * math.sin(at), 0.015 * (1.0 - math.cos(at))) for at in phi]
+    rail = RailSide((*nose, (0.0155, 0.06), (0.04, 0.06), (0.041, 0.0), (0.09, 0.0)), 0.0, 0.0, 0.0, origin=(0.0, 0.0))
+    # A line at 45 degrees that touches the nose where that is as steep, and a tread on the wing.
+    height = 0.015 * (1.0 - math.sqrt(2.0))
+    wheel = WheelSide(((-0.04, height + 0.04), (0.005, height - 0.005), (0.03, height - 0.005), (0.031, 0.0), (0.09, 0.0)),
+                      0.46, 0.0, 0.0)
+    flank, wing = patches_of(Facing(rail, wheel, Position(z=2e-5)), curved=False)
+    assert wing.overlap[0] == pytest.approx(2e-5, rel=1e-3)
+    assert flank.faces and flank.overlap[0] == pytest.approx(2e-5 * math.sqrt(0.5), rel=0.01)
 
 
 def test_a_wheel_beside_the_rail_is_said_to_miss_it():

@@ -3,6 +3,7 @@ geometry, mirror images and shifts."""
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from pathlib import Path
@@ -149,6 +150,27 @@ def test_a_part_that_begins_ends_where_its_first_slice_is() -> None:
     assert slices.lines_at(0.005)[:, 0][~np.isnan(slices.lines_at(0.005)[:, 0])].max() == pytest.approx(0.02)
     assert slices.outline_at(0.01)[-1] == pytest.approx((0.03, -0.01))
     assert slices.outline_at(0.015)[-1] == pytest.approx((0.03, -0.01))
+
+
+def test_a_rail_that_begins_under_the_wheel_bears_from_there_on() -> None:
+    """Behind its first slice there is nothing: the pressure ends there, at a given height, and the rest bears less than the
+    whole; 30 mm further the beginning is not noticed."""
+    lower, end = [[-60.0, 20.0], [-35.0, 20.0]], 25.0
+    whole = math.dist(lower[1], rail()[0]) + sum(itertools.starmap(math.dist, itertools.pairwise(rail())))
+    begins = {"flip": False, "sections": [
+        {"at": at, "points_mm": lower + (rail() if at >= 0.0 else []),
+         "features_mm": [0.0, end, end + whole if at >= 0.0 else -1.0]}
+        for at in (-100.0, -50.0, 0.0, 50.0, 100.0)]}  # fmt: skip
+    there, here, plain = (solve(Case.from_dict(tables(profile, PLAIN[1], height_mm=0.05, **at))) for profile, at in (
+        (begins, {"position_mm": 30.0}), (begins, {"position_mm": 1.0}), (PLAIN[0], {})))
+    assert here.converged, here.reason
+    (patch,) = here.patches
+    lines = np.asarray(patch.fields["pressure"]).sum(axis=1)
+    ahead = patch.record["x_mm"] - 1e3 * (patch.x - lines @ patch.x / lines.sum())
+    assert there["track_force_z_N"] == pytest.approx(plain["track_force_z_N"], rel=2e-3)
+    assert 0.5 < here["track_force_z_N"] / plain["track_force_z_N"] < 0.9
+    element = float(np.abs(np.diff(ahead)).max())
+    assert ahead[lines > 0.0].min() == pytest.approx(-1.0, abs=0.5 * element + 0.2)
 
 
 SLCS = """% a nose

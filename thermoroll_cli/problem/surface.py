@@ -26,6 +26,8 @@ COUNTS = 0.01
 """Share of the squared slope below which waves do not count."""
 BIN = 1.05
 """Ratio of wave numbers that are told apart."""
+MISSING = 1.0
+"""Gap (m) where a surface is missing."""
 AROUND, SAMPLES = 3.0, 192
 """Sides of the surroundings of a dent or a flat in its radii or half-lengths, and points along them, of its texture."""
 
@@ -125,7 +127,7 @@ class Heights(Closing, Protocol):
 @dataclass(frozen=True)
 class Departure:
     """By how much surfaces are `closer` (n, m) in m than those of the shape, at the distances `along` (n,) from the place
-    `middle` (m,) of each line `across` (m,), all in m, joined by splines; beyond their ends as there. Elements see it at their
+    `middle` (m,) of each line `across` (m,), all in m, `joined`; nan where a surface is missing. Elements see it at their
     centres, as they see the shape."""
 
     along: tuple[float, ...]
@@ -138,16 +140,42 @@ class Departure:
         return hash((self.along[0], self.across[0], self.middle[:: 1 + len(self.middle) // 16]))
 
     @cached_property
-    def _splines(self) -> tuple[scipy.interpolate.CubicSpline, scipy.interpolate.RectBivariateSpline]:
+    def _splines(self) -> tuple[scipy.interpolate.CubicSpline, Callable[[Array, Array], Array]]:
         return (scipy.interpolate.CubicSpline(self.across, self.middle),
-                scipy.interpolate.RectBivariateSpline(self.along, self.across, self.closer, kx=3, ky=3))
+                joined(np.array(self.along), np.array(self.across), np.array(self.closer)))
 
     def over(self, along: Array, across: Array) -> Array:
         """As `Closing.over`."""
         middle, closer = self._splines
         x, y = (0.5 * (ends[1:] + ends[:-1]) for ends in (along, across))
         y = np.clip(y, self.across[0], self.across[-1])
-        return np.asarray(closer.ev(np.clip(x[:, None] - middle(y), self.along[0], self.along[-1]), y))
+        return np.nan_to_num(closer(x[:, None] - middle(y), np.broadcast_to(y, (len(x), len(y)))), nan=-MISSING)
+
+
+def joined(along: Array, across: Array, values: Array) -> Callable[[Array, Array], Array]:
+    """A function of places (…) along and across through `values` (n, m) at `along` (n,) and `across` (m,), a spline along and
+    straight across; beyond their ends as there, nan where the nearest value is."""
+    missing, filled = np.isnan(values), values.copy()
+    for column in np.flatnonzero(missing.any(axis=0)):
+        # So that splines do not swing at the end of a surface, it goes on straight.
+        there = np.flatnonzero(~missing[:, column])
+        first, last = (there[0], there[-1]) if len(there) else (0, 0)
+        filled[:, column] = np.interp(along, along[there], values[there, column]) if len(there) else 0.0
+        if len(there) > 1:
+            for end, step, beyond in ((first, 1, slice(0, first)), (last, -1, slice(last + 1, None))):
+                slope = (values[end, column] - values[end + step, column]) / (along[end] - along[end + step])
+                filled[beyond, column] = values[end, column] + slope * (along[beyond] - along[end])
+    spline = scipy.interpolate.RectBivariateSpline(along, across, filled, ky=1)
+
+    def at(x: Array, y: Array) -> Array:
+        x, y = np.clip(x, along[0], along[-1]), np.clip(y, across[0], across[-1])
+        found = spline.ev(x, y)
+        if missing.any():
+            nearest = (np.searchsorted(0.5 * (places[1:] + places[:-1]), at) for places, at in ((along, x), (across, y)))
+            found = np.where(missing[tuple(nearest)], np.nan, found)
+        return np.asarray(found)
+
+    return at
 
 
 @dataclass(frozen=True)

@@ -233,7 +233,7 @@ class PatchSurface:
     def limits(self) -> tuple[float, float]:
         """Lowest and highest s up to the ridges of the gap, to the ends of the surfaces, or to a width of the overlap
         beside it."""
-        ridges, ends = self._across(self.ridges), self._ends
+        ridges, ends = self._at_ridges, self._ends
         low, high = self._arc((max(ridges[0], ends[0]), min(ridges[1], ends[1])))
         first, last = self._arc(self._across((self.low, self.high)))
         beside = last - first + 2.0 * NEAR
@@ -257,14 +257,23 @@ class PatchSurface:
             here, end = float(s[max(missed[0] - 2, 0)]), float(s[missed[0]])
         return here
 
-    def _across(self, places: tuple[float, float]) -> list[float]:
+    def _across(self, places: Sequence[float] | Array) -> Array:
         """Distances across of places y of the rail's outline from the place."""
         origin, across, _ = self._axes
         outline = self.facing.outlines[0]
         known = ~np.isnan(outline.z)
-        return [float(across @ (np.array([y, np.interp(y, outline.y[known], outline.z[known])]) - origin)) for y in places]
+        return across @ (np.stack((places, np.interp(places, outline.y[known], outline.z[known]))) - origin[:, None])
 
-    def _arc(self, across: Sequence[float]) -> tuple[float, float]:
+    @property
+    def _at_ridges(self) -> tuple[float, float]:
+        """Distances across of the ridges, or the farthest on the way to them: over a deep groove the rail falls back behind the
+        normal of a steep place."""
+        y = self.facing.outlines[0].y
+        low, high = (self._across(np.append(y[(y > a) & (y < b)], end)) for a, b, end in (
+            (self.ridges[0], self.low, self.ridges[0]), (self.high, self.ridges[1], self.ridges[1])))
+        return float(low.min()), float(high.max())
+
+    def _arc(self, across: Sequence[float] | Array) -> tuple[float, float]:
         """s at two distances across."""
         low, high = np.interp(across, self._reference[1], self._reference[0]) if self.curved else across
         return float(low), float(high)
@@ -347,7 +356,7 @@ class PatchSurface:
     @property
     def free_ends(self) -> tuple[bool, bool]:
         """Whether the lower and the upper limit are the end of a surface, and no ridge."""
-        ridges = self._across(self.ridges)
+        ridges = self._at_ridges
         low, high = self._arc(ridges)
         return (ridges[0] <= self._ends[0] + CLOSE or low < self.limits[0] - CLOSE,
                 ridges[1] >= self._ends[1] - CLOSE or high > self.limits[1] + CLOSE)

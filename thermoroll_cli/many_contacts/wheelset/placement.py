@@ -150,12 +150,13 @@ class WheelSide(Side):
         """Rows y, r, dy/ds, dr/ds in the axes of the wheelset, (4, n)."""
         return curve(self.profile).samples + np.array([[self.shift], [self.radius], [0.0], [0.0]])
 
-    def lines(self, ahead: Array | float) -> Array:
-        """Rows y, r in the axes of the wheelset of the wheel's lines at the angles `ahead` (rad, of each), (2, m)."""
+    def lines(self, ahead: Array | float, part: slice = slice(None)) -> Array:
+        """Rows y, r in the axes of the wheelset of the wheel's lines at the angles `ahead` (rad, of each of a `part` of them),
+        (2, m)."""
         if self.slices is None:
-            return self.samples[:2]
-        lines = (self.slices.at_each(self.turned + ahead) if isinstance(ahead, np.ndarray) else
-                 self.slices.lines_at(self.turned + ahead))
+            return self.samples[:2, part]
+        lines = (self.slices.at_each(self.turned + ahead, part) if isinstance(ahead, np.ndarray) else
+                 self.slices.lines_at(self.turned + ahead)[part])
         return np.asarray(lines.T + np.array([[self.shift], [self.radius]]))
 
     def section(self, ahead: float) -> WheelSide:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
+from thermoroll_cli.many_contacts.wheelset.curves import Points, ProfileCurve
 from thermoroll_cli.tools.arrays import Array
 
 SPACING, MOST, AROUND = 5e-5, 4000, 6
@@ -53,7 +53,8 @@ class Slices:
 
     @cached_property
     def _parts(self) -> tuple[_Part, ...]:
-        lengths = [float(curve(points).knots[-1]) for points in self.outlines]
+        curves = [ProfileCurve(points) for points in self.outlines]
+        lengths = [float(each.knots[-1]) for each in curves]
         marks = np.array(self.features or [(0.0, length) for length in lengths])
         marks = np.minimum(marks, np.array(lengths)[:, None])
         parts = []
@@ -61,7 +62,7 @@ class Slices:
             there = np.flatnonzero((low >= 0.0) & (high >= 0.0))
             count = int(np.clip(float((high - low)[there].max(initial=0.0)) / SPACING, 2, MOST)) + 1
             for run in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1) if len(there) else ():
-                lines = np.array([curve(self.outlines[k]).at(np.linspace(low[k], high[k], count)) for k in run])
+                lines = np.array([curves[k].at(np.linspace(low[k], high[k], count)) for k in run])
                 at = np.array(self.at)[run]
                 parts.append(_Part(self._joined(at, lines, (high - low)[run]), float(at[0]), float(at[-1])))
         return tuple(parts)
@@ -100,15 +101,16 @@ class Slices:
         return np.concatenate([np.asarray(part.spline(at)) if self.turns or part.first <= at <= part.last else
                                np.full(part.spline.c.shape[2:], np.nan) for part in self._parts])
 
-    def at_each(self, places: Array) -> Array:
-        """(y, z) in m of each line of a wheel at an angle of its own, (m, 2), from `places` (m,)."""
-        places = self._within(places)
-        found, begin = [], 0
+    def at_each(self, places: Array, part: slice) -> Array:
+        """(y, z) in m of a part of the lines of a wheel, each at an angle of its own, (m, 2), from `places` (m,)."""
+        places, found, begin, done = self._within(places), [], 0, 0
+        numbers = np.arange(sum(spline.c.shape[2] for spline, *_ in self._parts))[part]
         for spline, *_ in self._parts:
-            own = places[begin : begin + spline.c.shape[2]]
-            begin += len(own)
+            number = numbers[(numbers >= begin) & (numbers < begin + spline.c.shape[2])] - begin
+            own = places[done : done + len(number)]
+            begin, done = begin + spline.c.shape[2], done + len(number)
             piece = np.clip(np.searchsorted(spline.x, own, side="right") - 1, 0, len(spline.x) - 2)
-            away, number = (own - spline.x[piece])[:, None], np.arange(len(own))
+            away = (own - spline.x[piece])[:, None]
             value = np.zeros((len(own), 2))
             for coefficients in spline.c:
                 value = value * away + coefficients[piece, number]

@@ -14,14 +14,13 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from thermoroll_cli.many_contacts.wheelset.curves import STEP, Outline, outline
-from thermoroll_cli.many_contacts.wheelset.patch_surface import NEAR, PatchSurface
+from thermoroll_cli.many_contacts.wheelset.patch_surface import CLOSE, NEAR, PatchSurface
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.surface import Closing, Departure, Together
+from thermoroll_cli.problem.surface import Closing, Departure, Together, joined
 from thermoroll_cli.tools.arrays import Array
 
 REACH, COARSE, FINE = 0.2, 2.5e-3, 2.5e-4
@@ -30,10 +29,17 @@ the places ahead that are looked at, everywhere and around first contact."""
 CLOSE_BY, ROOM = 1e-3, 6e-3
 """Gap over that of first contact (m) of lines that are looked at more closely, up to this way (m) beyond where they are
 nearest."""
-AROUND, STATIONS, ACROSS = 0.04, 321, 161
-"""Way (m) along rolling on either side of a patch on which its surfaces are known, and the places along and across there."""
-SWEEPS = 4
-"""Rounds for the angle of a wheel's line at a place ahead, as its radius changes with it: each adds a digit."""
+AROUND, SIDEWAYS = 0.04, 1e-4
+"""Way (m) along rolling on either side of a patch on which its surfaces are known, `FINE` apart, and the distance (m) of the
+places across there."""
+ROUGH, ASIDE = 4, 0.01
+"""Of so many lines one is looked at everywhere. Around first contact and patches, lines of the wheel this far (m) beside count,
+as yaw moves them."""
+FIRST_SWEEPS, SWEEPS = 4, 2
+"""Rounds for the angle of a wheel's line at a place ahead, as its radius changes with it, at the first place and from that of
+the place before: each adds a digit at least."""
+MOST_ACROSS = 1200
+"""Lines of rolling at most that are looked at everywhere."""
 SOFT = 1e-5
 """Gap (m) over the least one of a line up to which its places count for where the bodies are nearest: all along a flat."""
 LINE, SHALLOW = 201, 1e-7
@@ -56,30 +62,44 @@ class FacingHeights(NamedTuple):
         return np.where(np.isnan(gap), np.inf, gap)
 
 
-def rail_heights(rail: RailSide, x: Array, y: Array) -> Array:
-    """The highest z of a rail at places ahead of the axle and across, (nx, ny)."""
+def rail_heights(rail: RailSide, x: Array, y: Array, every: int = 1) -> Array:
+    """The highest z of a rail at places ahead of the axle and across, (nx, ny), by one of so many lines."""
     if rail.slices is None:
-        return np.broadcast_to(outline(rail.samples[0], rail.samples[1], y, lowest=False).z, (len(x), len(y)))
-    lines = (rail.lines(at) for at in x.tolist())
-    return np.array([outline(across, z, y, lowest=False).z for across, z in lines])
+        return np.broadcast_to(_seen(rail.samples[:2], y, lowest=False), (len(x), len(y)))
+    return np.array([_seen(rail.lines(at)[:, ::every], y, lowest=False) for at in x.tolist()])
 
 
-def wheel_heights(wheel: WheelSide, position: Position, x: Array, y: Array) -> Array:
-    """The lowest z of a wheel at places ahead of the axle and across, (nx, ny)."""
+def wheel_heights(wheel: WheelSide, position: Position, x: Array, y: Array, every: int = 1) -> Array:
+    """The lowest z of a wheel at places ahead of the axle and across, (nx, ny), by one of so many lines."""
     rotation, origin = position.rotation, position.origin(wheel.radius)
     across, radius = wheel.lines(0.0)
-    # x = R₀₀ r sin θ + R₀₁ y + O_x of each line; R₀₂ = 0 on a level track.
-    rows = []
+    # Those that may be seen at these places.
+    part = _within(rotation[1, 1] * across + rotation[1, 2] * radius + origin[1], y[0] - ASIDE, y[-1] + ASIDE, every)
+    own, r = across[part], radius[part]
+    rows: list[Array] = []
     for at in x.tolist():
-        own, r = across, radius
-        for _ in range(SWEEPS if wheel.slices else 1):
+        # x = R₀₀ r sin θ + R₀₁ y + O_x of each line; R₀₂ = 0 on a level track.
+        for _ in range((SWEEPS if rows else FIRST_SWEEPS) if wheel.slices else 1):
             sine = (at - origin[0] - rotation[0, 1] * own) / (rotation[0, 0] * r)
             angle = np.arcsin(np.clip(sine, -1.0, 1.0))
             if wheel.slices:
-                own, r = wheel.lines(angle)
+                own, r = wheel.lines(angle, part)
         local = np.array([r * sine, own, r * np.cos(angle)])
-        rows.append(outline(rotation[1] @ local + origin[1], rotation[2] @ local + origin[2], y, lowest=True).z)
+        rows.append(_seen(rotation[1:] @ local + origin[1:, None], y, lowest=True))
     return np.array(rows)
+
+
+def _within(places: Array, low: float, high: float, every: int = 1) -> slice:
+    """The numbers of `places` from the first to the last one between two bounds, and one more on either side; one of so
+    many."""
+    inside = np.flatnonzero((places >= low) & (places <= high))
+    return slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2, every) if len(inside) else slice(0, 0)
+
+
+def _seen(lines: Array, y: Array, *, lowest: bool) -> Array:
+    """Heights at the places y of those of `lines` (y, z) that lie nearest to the other body."""
+    across, z = lines[:, _within(lines[0], float(y[0]), float(y[-1]))]
+    return outline(across, z, y, lowest=lowest).z if len(across) > 1 else np.full(len(y), np.nan)
 
 
 @dataclass(frozen=True)
@@ -100,33 +120,31 @@ class VaryingFacing(Facing):
             raise Unsolvable(f"the wheel misses its rail by {1e3 * (low - high):.3g} mm", "wheelset.lateral_shift_mm")
         return np.linspace(low, high, max(int((high - low) / STEP), 2))
 
-    def heights(self, x: Array, y: Array) -> FacingHeights:
-        """Both surfaces at places ahead of the axle and across."""
-        return FacingHeights(x, y, _rail_heights(self.rail, tuple(x.tolist()), tuple(y.tolist())),
-                       wheel_heights(self.wheel, self.position, x, y))
+    def heights(self, x: Array, y: Array, every: int = 1) -> FacingHeights:
+        """Both surfaces at places ahead of the axle and across, by one of so many lines."""
+        return FacingHeights(x, y, rail_heights(self.rail, x, y, every), wheel_heights(self.wheel, self.position, x, y, every))
 
     @cached_property
     def _nearest(self) -> tuple[Array, Array, Array, Array]:
         """Over the places across: x where the bodies are nearest, z of the rail there, the gap, and the inclination of the
         rail."""
-        if isinstance(self.other, VaryingFacing):
-            x, z, gap, angle = self.other._nearest
-            return x, z, gap - (self.position.z - self.other.position.z), angle
-        y, reach = self._span, REACH * self.wheel.radius
-        # The coarse look needs few places across.
-        every = max(len(y) // 1200, 1)
-        x, gap = _least(self.heights(np.arange(-reach, reach + COARSE, COARSE), y[::every]))
-        near = gap < gap.min() + CLOSE_BY
-        fine = np.arange(x[near].min() - ROOM, x[near].max() + ROOM, FINE)
-        seen = self.heights(fine, y)
-        x, gap = _least(seen)
-        k = np.clip(np.rint((x - fine[0]) / FINE).astype(int), 0, len(fine) - 1)
-        number = np.arange(len(y))
+        x, z, gap, angle = _nearest_of(replace(self, position=replace(self.position, z=0.0), other=None))
+        return x, z, gap - self.position.z, angle
+
+    def around(self, x: float, low: float, high: float) -> FacingHeights:
+        """Both surfaces around a place x (m) and between places across (m), which are kept for the next one near by."""
+        place, ends = round(x / ROOM), (math.floor(1e3 * low), math.ceil(1e3 * high))
+        found = _around(replace(self, position=replace(self.position, z=0.0), other=None), place, ends)
+        return found._replace(wheel=found.wheel + self.position.z)
+
+    def nearest_at(self, y: Array, x: Array, every: int = 1) -> tuple[Array, Array, Array, Array]:
+        """As `_nearest` at the places y, by what is seen at the equally spaced places x and by one of so many lines."""
+        seen = self.heights(x, y, every)
+        place, gap = _least(seen)
+        k, number = np.clip(np.rint((place - x[0]) / (x[1] - x[0])).astype(int), 0, len(x) - 1), np.arange(len(y))
         k = np.where(np.isnan(seen.rail[k, number]), np.argmin(seen.gap, axis=0), k)
-        slope = np.gradient(seen.rail, y, axis=1)[k, number]
-        along = np.gradient(seen.rail, fine, axis=0)[k, number]
-        z = seen.rail[k, number] + np.nan_to_num(along) * (x - fine[k])
-        return x, z, gap, np.arctan(np.nan_to_num(slope))
+        slope, along = (np.nan_to_num(np.gradient(seen.rail, at, axis=axis)[k, number]) for at, axis in ((y, 1), (x, 0)))
+        return place, seen.rail[k, number] + along * (place - x[k]), gap, np.arctan(slope)
 
     @cached_property
     def outlines(self) -> tuple[Outline, Outline]:
@@ -155,8 +173,26 @@ class VaryingFacing(Facing):
 
 
 @lru_cache(maxsize=8)
-def _rail_heights(rail: RailSide, x: tuple[float, ...], y: tuple[float, ...]) -> Array:
-    return rail_heights(rail, np.array(x), np.array(y))
+def _nearest_of(facing: VaryingFacing) -> tuple[Array, Array, Array, Array]:
+    """`_nearest` of a wheel at z = 0: all places ahead are looked at on a few lines, those around first contact closely."""
+    y, reach = facing._span, REACH * facing.wheel.radius
+    every = max(len(y) // MOST_ACROSS, 1)
+    coarse = facing.nearest_at(y[::every], np.arange(-reach, reach + COARSE, COARSE), ROUGH)
+    found = np.array(coarse)[:, np.minimum(np.rint(np.arange(len(y)) / every).astype(int), len(coarse[0]) - 1)]
+    close = np.convolve(found[2] < found[2].min() + CLOSE_BY, np.ones(2 * every + 5), "same") > 0.5
+    x = found[0, close]
+    found[:, close] = facing.nearest_at(y[close], np.arange(x.min() - ROOM, x.max() + ROOM, FINE))
+    return found[0], found[1], found[2], found[3]
+
+
+@lru_cache(maxsize=8)
+def _around(facing: VaryingFacing, place: int, ends: tuple[int, int]) -> FacingHeights:
+    """Both surfaces, of a wheel at z = 0, around a place in `ROOM` and between places across in mm."""
+    span, reach = facing._span, AROUND + 0.5 * ROOM
+    # At its very end a line may miss its surface by rounding.
+    low, high = max(1e-3 * ends[0], float(span[0]) + CLOSE), min(1e-3 * ends[1], float(span[-1]) - CLOSE)
+    return facing.heights(np.arange(place * ROOM - reach, place * ROOM + reach, FINE),
+                          np.linspace(low, high, max(math.ceil((high - low) / SIDEWAYS), 2) + 1))
 
 
 def _numbers(samples: Array, y: Array) -> Array:
@@ -197,7 +233,8 @@ class LocalRail(RailSide):
 @dataclass(frozen=True)
 class VaryingPatch(PatchSurface):
     """A patch on surfaces that change along rolling, in the axes of the wheelset's position `stands`; `departs`(x, y) (m, in
-    these axes) is by how much they are closer, along the normal, than its straight rail and its wheel of revolution."""
+    these axes) is by how much they are closer, along the normal, than its straight rail and its wheel of revolution; nan where
+    one is missing."""
 
     stands: Position = Position()  # noqa: RUF009 (it is frozen)
     departs: Callable[[Array, Array], Array] = field(default=lambda x, y: 0.0 * x, compare=False)
@@ -244,7 +281,7 @@ class VaryingPatch(PatchSurface):
         y = self.places(s)[:, 1]
         gap = PatchSurface.gap(self, place + away, s) - self.departs(place + away, np.broadcast_to(y, away.shape[:1] + y.shape))
         bend = 0.5 * np.cos(self.inclination(s)) / self.facing.wheel.radius
-        closer = np.nan_to_num(least + bend * away**2 - gap, posinf=0.0, neginf=0.0)
+        closer = least + bend * away**2 - gap
         along, across, middle = (tuple((-places[::-1]).tolist()) for places in (away[:, 0], s, place))
         return ((s, least, place, np.stack((bend, 0.0 * s, 0.0 * s))),
                 Departure(along, across, middle, tuple(map(tuple, closer[::-1, ::-1].tolist()))))
@@ -265,37 +302,37 @@ def varying_patch(facing: Facing, low: float, high: float, ridges: tuple[float, 
     """The patch of a `facing` at a place, as of PatchSurface; on surfaces that change, in axes of its own."""
     if not isinstance(facing, VaryingFacing):
         return PatchSurface(facing, low, high, ridges, x, y, z, angle, shares, curved)
-    around = np.linspace(x - AROUND, x + AROUND, STATIONS)
     room = 0.5 * (high - low) + 4.0 * NEAR
-    span = facing.outlines[0].y
-    across = np.linspace(max(low - room, float(span[0])), min(high + room, float(span[-1])), ACROSS)
-    real = facing.heights(around, across)
-    middle, here = STATIONS // 2, int(np.argmin(np.abs(across - y)))
-    slope = float(np.gradient(real.rail[:, here], around)[middle])
-    tilt = math.atan(slope) if math.isfinite(slope) else 0.0
+    real = facing.around(x, low - room, high + room)
+    across, here = real.y, int(np.argmin(np.abs(real.y - y)))
+    rail_here = rail_heights(facing.rail, x + FINE * np.array([-1.0, 0.0, 1.0]), across)
+    slope = float(rail_here[2, here] - rail_here[0, here]) / (2.0 * FINE)
+    if not math.isfinite(slope):
+        slope = 0.0
+    tilt = math.atan(slope)
     stands = replace(facing.position, ahead=x, tilt=tilt, lift=z)
     c = math.cos(tilt)
     section = facing.rail.section(x)
     samples = section.samples * np.array([1.0, c, 1.0, c])[:, None] - np.array([0.0, c * z, 0.0, 0.0])[:, None]
     rail = LocalRail(**{name: getattr(section, name) for name in RailSide.__dataclass_fields__}, own=samples)
-    # The wheel of revolution that has the outline of the place, moved to where the real one lies.
-    origin = facing.position.origin(facing.wheel.radius)
-    wheel = facing.wheel.section(math.atan2(x - origin[0], z - origin[2]))
-    bare = Facing(rail, wheel, stands)
-    locus = bare.locus
-    k = int(np.nanargmin(np.abs(locus[1] - y) + 0.1 * np.abs(locus[2])))
-    apart = c * (float(np.interp(y, across, real.wheel[middle])) - z) - float(locus[2, k])
-    shift = stands.turn @ np.array([-float(locus[0, k]), 0.0, apart])
-    moved = replace(stands, x=stands.x + float(shift[0]), z=stands.z + float(shift[2]))
-    level = replace(moved, ahead=0.0, tilt=0.0, lift=0.0)
-    assumed = wheel_heights(wheel, level, around, across)
-    straight = real.rail[middle] + slope * (around - x)[:, None]
-    inclined = np.cos(np.arctan(np.nan_to_num(np.gradient(real.rail[middle], across))))
-    closer = np.nan_to_num(((real.wheel - assumed) - (real.rail - straight)) * c * inclined)
-    spline = scipy.interpolate.RegularGridInterpolator((around - x, across), closer, bounds_error=False, fill_value=None)
+    wheel, moved, assumed = facing.wheel, stands, real.wheel
+    if wheel.slices is not None:
+        # The wheel of revolution that has the outline of the place, moved to where the real one lies.
+        origin = facing.position.origin(wheel.radius)
+        wheel = wheel.section(math.atan2(x - origin[0], z - origin[2]))
+        locus = Facing(rail, wheel, stands).locus
+        k = int(np.nanargmin(np.abs(locus[1] - y) + 0.1 * np.abs(locus[2])))
+        wheel_here = wheel_heights(facing.wheel, facing.position, np.array([x]), across)[0]
+        apart = c * (float(np.interp(y, across, wheel_here)) - z) - float(locus[2, k])
+        shift = stands.turn @ np.array([-float(locus[0, k]), 0.0, apart])
+        moved = replace(stands, x=stands.x + float(shift[0]), z=stands.z + float(shift[2]))
+        assumed = wheel_heights(wheel, replace(moved, ahead=0.0, tilt=0.0, lift=0.0), real.x, across)
+    straight = rail_here[1] + slope * (real.x - x)[:, None]
+    inclined = np.cos(np.arctan(np.nan_to_num(np.gradient(rail_here[1], across))))
+    closer = joined(real.x - x, across, ((real.wheel - assumed) - (real.rail - straight)) * c * inclined)
 
     def departs(along: Array, at: Array) -> Array:
-        return np.asarray(spline(np.stack((np.clip(c * along, -AROUND, AROUND), np.clip(at, across[0], across[-1])), axis=-1)))
+        return closer(c * along, at)
 
-    return VaryingPatch(replace(bare, position=moved), low, high, ridges, x, y, 0.0, math.atan(c * math.tan(angle)), shares,
+    return VaryingPatch(Facing(rail, wheel, moved), low, high, ridges, x, y, 0.0, math.atan(c * math.tan(angle)), shares,
                         curved, stands, departs)
