@@ -255,13 +255,17 @@ def outline_of(table: OutlineTable, *, wheel: bool) -> tuple[Points, MeasuredOut
 
 
 def slices_of(table: OutlineTable, *, wheel: bool) -> Slices | None:
-    """The slices of a rail or a `wheel`, each as `outline_of` has it, at places in m or rad; None without them."""
+    """The slices of a rail or a `wheel`, each as `outline_of` has it, at places in m or rad; None without them, or where all
+    are the same: that is one outline."""
     if not table.sections:
         return None
     wavelength, outlines = table.si("smoothing_mm"), []
     for points in table.oriented:
         outline = tuple((y / 1e3, z / 1e3) for y, z in running_surface(points, wheel=wheel))
         outlines.append(smoothed(outline, wavelength) if wavelength else outline)
+    missing = any(mark < 0.0 for each in table.sections for mark in each.features_mm or ())
+    if not missing and all(outline == outlines[0] for outline in outlines):
+        return None
     at = tuple(math.radians(each.at) if wheel else each.at / 1e3 for each in table.sections)
     features = tuple(tuple(mark / 1e3 for mark in each.features_mm or ()) for each in table.sections)
     return Slices(at, tuple(outlines), features if features[0] else (), wheel and at[-1] - at[0] > ALL_AROUND,

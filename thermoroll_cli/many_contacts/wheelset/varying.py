@@ -177,12 +177,17 @@ def _nearest_of(facing: VaryingFacing) -> tuple[Array, Array, Array, Array]:
     """`_nearest` of a wheel at z = 0: all places ahead are looked at on a few lines, those around first contact closely."""
     y, reach = facing._span, REACH * facing.wheel.radius
     every = max(len(y) // MOST_ACROSS, 1)
-    coarse = facing.nearest_at(y[::every], np.arange(-reach, reach + COARSE, COARSE), ROUGH)
+    coarse = facing.nearest_at(y[::every], _multiples(COARSE, -reach, reach), ROUGH)
     found = np.array(coarse)[:, np.minimum(np.rint(np.arange(len(y)) / every).astype(int), len(coarse[0]) - 1)]
     close = np.convolve(found[2] < found[2].min() + CLOSE_BY, np.ones(2 * every + 5), "same") > 0.5
     x = found[0, close]
-    found[:, close] = facing.nearest_at(y[close], np.arange(x.min() - ROOM, x.max() + ROOM, FINE))
+    found[:, close] = facing.nearest_at(y[close], _multiples(FINE, x.min() - ROOM, x.max() + ROOM))
     return found[0], found[1], found[2], found[3]
+
+
+def _multiples(step: float, low: float, high: float) -> Array:
+    """Those of a `step` between two bounds: what is symmetric about x = 0 stays so."""
+    return np.asarray(step * np.arange(math.floor(low / step), math.ceil(high / step) + 1), float)
 
 
 @lru_cache(maxsize=8)
@@ -191,7 +196,7 @@ def _around(facing: VaryingFacing, place: int, ends: tuple[int, int]) -> FacingH
     span, reach = facing._span, AROUND + 0.5 * ROOM
     # At its very end a line may miss its surface by rounding.
     low, high = max(1e-3 * ends[0], float(span[0]) + CLOSE), min(1e-3 * ends[1], float(span[-1]) - CLOSE)
-    return facing.heights(np.arange(place * ROOM - reach, place * ROOM + reach, FINE),
+    return facing.heights(_multiples(FINE, place * ROOM - reach, place * ROOM + reach),
                           np.linspace(low, high, max(math.ceil((high - low) / SIDEWAYS), 2) + 1))
 
 
