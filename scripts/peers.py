@@ -18,7 +18,7 @@ import subprocess
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ from thermoroll_cli.cli.import_command import imported, solved
 from thermoroll_cli.files.case import Override
 from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.peer.deck import Lines, cases_in
-from thermoroll_cli.peer.reference import output_beside, reference_forces
+from thermoroll_cli.peer.reference import Forces, output_beside, reference_forces
 
 ROOT = Path(__file__).parents[1]
 BOUNDS = (0.002, 0.01, 0.03)
@@ -79,7 +79,7 @@ class Halved(Lines):
         return found
 
 
-def on_halved_elements(deck: Path, path: Path, program: Path, folder: Path) -> dict[int, list[float]]:
+def on_halved_elements(deck: Path, path: Path, program: Path, folder: Path) -> dict[int, Forces]:
     """The forces of CONTACT on elements half as long, from a copy of `path` in `folder`."""
     lines = Halved(str(deck), deck.read_text(errors="replace").splitlines())
     for _ in cases_in(lines):
@@ -95,7 +95,7 @@ def on_halved_elements(deck: Path, path: Path, program: Path, folder: Path) -> d
 
 
 def row_of(
-    deck: Path, name: str, overrides: Sequence[Override], left_out: Counter[str], folder: Path, finer: dict[int, list[float]]
+    deck: Path, name: str, overrides: Sequence[Override], left_out: Counter[str], folder: Path, finer: Mapping[int, Forces]
 ) -> tuple[list[str], list[int]]:
     """The row of one input file, and its numbers; reasons of cases that are left out are counted in `left_out`. Results go
     into `folder`; `finer` are the forces on halved elements."""
@@ -119,7 +119,7 @@ def row_of(
             unsolved.append(str(each.number))
         elif row["reference"]:
             differences.append((difference(row["force"], row["reference"]), each.number))
-            change = difference(finer.get(each.number, row["reference"]), row["reference"])
+            change = difference(finer[each.number].whole, reference[each.number].whole) if each.number in finer else 0.0
             matches += differences[-1][0] <= BOUNDS[0] + CHANGES * change
         print("  ", name, row, flush=True)
     counts = [

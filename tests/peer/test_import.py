@@ -17,7 +17,7 @@ from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.many_contacts.wheelset.placement import RailSide
 from thermoroll_cli.peer.deck import cases_in, read_deck
-from thermoroll_cli.peer.reference import reference_forces
+from thermoroll_cli.peer.reference import Forces, reference_forces
 from thermoroll_cli.python_api import solve
 
 FIRST = """% Written for this test: Hertz's ellipse, steady rolling.
@@ -263,7 +263,7 @@ def wheel_deck(name: str, **more: object) -> str:
 def test_wheels_have_the_forces_of_contact(tmp_path: Path, side: str) -> None:
     name = f"A2.2 {side} y=4.0"
     each = imported(deck_of(tmp_path, wheel_deck(name)))[0]
-    row = solved(each, {1: case_named(name)["contact"]["force_rail_track_N"]}, GRID, tmp_path)
+    row = solved(each, {1: Forces(case_named(name)["contact"]["force_rail_track_N"], [])}, GRID, tmp_path)
     assert row["force"] == pytest.approx(row["reference"], abs=0.002 * 10_000.0)
 
 
@@ -347,7 +347,12 @@ def test_the_command_writes_compares_and_reports(tmp_path: Path) -> None:
         " Case     1\n TOTAL FORCES, TORSIONAL MOMENT, ELASTIC ENERGY, FRICTIONAL POWER\n     FN   FX   FY   MZ\n"
         "       1.000E+05   2.182E+04   -4476.   1.0\n"
     )
-    assert reference_forces(tmp_path / "deck.ref_out") == {1: [21_820.0, -4_476.0, 100_000.0]}
+    assert reference_forces(tmp_path / "deck.ref_out")[1].whole == [21_820.0, -4_476.0, 100_000.0]
+    of_patch = "\n TOTAL FORCES, TORSIONAL MOMENT\n     FN   FX   FS   MN\n      {}\n"
+    (tmp_path / "two.ref_out").write_text(
+        " Case     1\n TOTAL FORCES ON RAIL\n    FX(TR)   FY(TR)   FZ(TR)\n    1.  2.  30.\n"
+        + of_patch.format("20.  3.  -4.  0.1") + of_patch.format("12.  -1.  5.  0.1"))
+    assert reference_forces(tmp_path / "two.ref_out") == {1: ([1.0, 2.0, 30.0], [2.0, 1.0, 32.0])}
     done = call("import", deck, "-o", tmp_path / "cases", "--run", "--json", "--set", "numerics.grid=24")
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)

@@ -16,7 +16,7 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.peer.convert import DeckAxes, EarlierCase, LeftOut, converted, without
 from thermoroll_cli.peer.deck import read_deck
-from thermoroll_cli.peer.reference import output_beside, reference_forces
+from thermoroll_cli.peer.reference import Forces, output_beside, reference_forces
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.atomic import write_bytes
@@ -135,11 +135,13 @@ def imported(file: Path, only: int | None = None) -> list[Imported]:
     return [each for each in found if only is None or each.number == only]
 
 
-def solved(each: Imported, reference: dict[int, list[float]], overrides: Sequence[Override], folder: Path) -> dict[str, Any]:
+def solved(each: Imported, reference: Mapping[int, Forces], overrides: Sequence[Override], folder: Path) -> dict[str, Any]:
     """Status and forces of a case with `overrides` beside those of CONTACT, in its axes. The result is written into `folder`,
     where a case over time finds the state that it begins with."""
     assert each.case is not None and each.axes is not None
-    row: dict[str, Any] = {"case": each.number, "status": "invalid", "force": None, "reference": reference.get(each.number)}
+    theirs = reference.get(each.number)
+    row: dict[str, Any] = {"case": each.number, "status": "invalid", "force": None,
+                           "reference": theirs and (theirs.patches if each.axes.in_patches else theirs.whole)}
     try:
         result = solve(Case.parse(each.case.text, name=str(folder / each.case.name), overrides=overrides))
     except CaseError as cause:
@@ -148,7 +150,7 @@ def solved(each: Imported, reference: dict[int, list[float]], overrides: Sequenc
         return {**row, "reason": str(cause)}
     result.save(folder / f"{each.case.name}.h5")
     summary = result.summary()
-    row |= {"status": summary["status"], "force": each.axes.force(summary)}
+    row |= {"status": summary["status"], "force": each.axes.force(summary, [patch.record for patch in result.contacts])}
     return row if result.converged else {**row, "reason": result.reason}
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -42,15 +42,21 @@ class LeftOut(Exception):
 @dataclass(frozen=True)
 class DeckAxes:
     """Sign from forces here (on body 2, or rails) along x and y to CONTACT's, the side of a wheel, the place (x, y) in mm
-    of a single contact, whose origin here is where the bodies are closest, and the length in mm of a line contact (0: none)."""
+    of a single contact, whose origin here is where the bodies are closest, and the length in mm of a line contact (0: none).
+    Where profiles vary along rolling, forces are compared `in_patches`: those of CONTACT lie in level planes, inclined across
+    as the slice below the axle is."""
 
     sign: float
     side: str = ""
     place: tuple[float, float] = (0.0, 0.0)
     length: float = 0.0
+    in_patches: bool = False
 
-    def force(self, scalars: Mapping[str, Any]) -> list[float]:
-        """[x, y, z] in N in CONTACT's axes from the scalars of a result."""
+    def force(self, scalars: Mapping[str, Any], patches: Sequence[Mapping[str, Any]] = ()) -> list[float]:
+        """[x, y, z] in N in CONTACT's axes from the scalars of a result; `in_patches` the sums over those of its patches along
+        rolling, across and into the rail."""
+        if self.in_patches:
+            return [sum(patch[name] for patch in patches) for name in ("force_x_N", "force_s_N", "normal_N")]
         names = [f"track_force_{axis}_{self.side}_N" for axis in "xyz"] if self.side else ["force_x_N", "force_y_N", "normal_N"]
         x, y, z = (float(scalars[known_as(name, scalars)]) * (self.length or 1.0) for name in names)
         return [self.sign * x, self.sign * y, z]
@@ -418,7 +424,7 @@ def _wheelset(case: DeckCase, deck: Path, before: EarlierCase | None, content: C
         "differential_slip": kind in (3, 4),
     }
     content.setdefault("load", {})
-    axes = DeckAxes(turned, side, (turned * place["S"], 0.0))
+    axes = DeckAxes(turned, side, (turned * place["S"], 0.0), in_patches=any(varies))
     if digits["T"] in (1, 2):
         before = _going_on(case, before)
         distance, element = values["grid"]["DX"] * values["grid"]["DQREL"], values["grid"]["DX"]
