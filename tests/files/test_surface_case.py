@@ -119,9 +119,11 @@ def test_heights_are_turned_levelled_and_smoothed(tmp_path: Path) -> None:
     (b"hello\nworld\n", "file", "no numbers"), (b"", "file", "no heights"), (b"1 2 3\n4 5\n", "file", "2 values"),
     (b"0 0 1\n1 0 1\n3 0.3 1\n3.5 1 1\n", "file", "regular grid"), (b"PK\x03\x04\x00", "file", "instrument"),
     (b"1 2\n3 4\n", "file", "spacing_um"), (None, "file", "o such file"),
+    (b"\\*File list\n\\Version: 0x07200000\n", "file", "instrument"),
 ])  # fmt: skip
 def test_hostile_files(tmp_path: Path, content: Any, key: str, words: str) -> None:
-    path = tmp_path / ("s.npy" if isinstance(content, np.ndarray) else "s.txt")
+    # A microscope's file begins with lines of text.
+    path = tmp_path / ("s.npy" if isinstance(content, np.ndarray) else "s.spm" if content and b"*File" in content else "s.txt")
     if isinstance(content, np.ndarray):
         np.save(path, content)
     elif content is not None:

@@ -27,8 +27,10 @@ INSTRUMENTS = (".sdf", ".xyz")
 """Endings of texts that instruments write. Their other files are no text, or XML."""
 HEAD = 4096
 """Bytes at the beginning of a file that show whether it is a text."""
-HIGHEST, MOST_POINTS = 10e-3, 2**26
-"""Largest range of heights in m, and number of points of a surface: beyond, units are wrong."""
+PLAIN = "", ".txt", ".csv", ".tsv", ".dat", ".asc"
+"""Endings of texts that are no files of instruments."""
+HIGHEST, WIDEST, MOST_POINTS = 10e-3, 1.0, 2**26
+"""Largest range of heights and side of an instrument's field in m, and number of points: beyond, units are wrong."""
 IRREGULAR = 1e-3
 """Departure of the places of columns from a regular grid, in steps of it."""
 MEASURED_IN = "a matrix of heights with spacing_um, columns x, y in mm and height, or an instrument's file"
@@ -152,7 +154,13 @@ def _read(path: str, spacing: tuple[float, float] | None, unit: str | None) -> _
         text = text_of(read_bytes(path, LARGEST, "a surface"), name)
     except ReadError as cause:
         raise TableError(f"{name}: {cause}") from None
-    numbers = _numbers(text, name)
+    try:
+        numbers = _numbers(text, name)
+    except TableError:
+        if ending in PLAIN:
+            raise
+        # Many instruments begin their files with lines of text.
+        return _of_instrument(path, name, spacing, unit)
     if spacing is None and numbers.shape[1] == 3:
         return _columns(numbers, name, unit)
     return _matrix(numbers, name, spacing, unit, "matrix")
@@ -270,7 +278,10 @@ def _of_instrument(path: str, name: str, spacing: tuple[float, float] | None, un
         raise TableError(f"{name}: the file tells no size of its surface", "spacing_um in its table")
     counts = heights.shape if heights.ndim == 2 else (heights.size, 1)
     heights = heights.reshape(counts)
-    step = [factor * size / count for size, count in zip((*sizes, 1.0 * counts[1])[:2], counts, strict=True)]
+    step = spacing or [factor * size / count for size, count in zip((*sizes, 1.0 * counts[1])[:2], counts, strict=True)]
+    if (side := step[0] * counts[0]) > WIDEST:
+        raise TableError(f"{name}: the file tells a length of {side:.4g} m, which no instrument sees",
+                         "a file with the right unit, or a matrix of heights with spacing_um")
     return _Read(heights, (float(step[0]), float(step[1])), str(written or unit), str(kind), instrument=True)
 
 
