@@ -112,11 +112,19 @@ def test_rounded_heights_are_told_and_counted(tmp_path: Path) -> None:
             "numerics": {"grid": 48},
             "geometry": {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 460.0, "upper_radius_y_mm": math.inf,
                          "lower_profile": arc}}  # fmt: skip
+    below = {**ball, "numerics": {"grid": 24}, "subsurface": {"bodies": ["lower"]}}
     result = solve(Case.from_dict(ball))
     exact = 1e-6 * hertz_contact(1.0 / 0.46, 1.0 / 0.3, 105e9 / 0.91, 5e4).peak_pressure
     error = result.uncertainty["pressure_max_MPa"]
     assert 0.03 * exact < abs(result["pressure_max_MPa"] - exact) < error < 0.2 * exact
     assert any("rounded to about 0.001 mm" in warning for warning in result.warnings)
+    smooth = solve({**below, "geometry": {**ball["geometry"], "lower_profile": None, "lower_radius_y_mm": 300.0}})
+    for over_time in ({}, {"history": {"distance_mm": [0, 1], "steps": 1, "fields_every": 1,
+                                       "values": {"load.normal_N": [4e4, 5e4]}}}):
+        found = solve({**below, **over_time})
+        assert abs(found["pressure_max_MPa"] - exact) < found.uncertainty["pressure_max_MPa"] < 0.3 * exact
+        stress, known = found["von_mises_max_lower_MPa"], smooth["von_mises_max_lower_MPa"]
+        assert 0.004 * known < abs(stress - known) < found.uncertainty["von_mises_max_lower_MPa"] < 0.03 * known
     arc["smoothing_mm"] = 4.0
     smoothed = solve(Case.from_dict(ball))
     assert abs(smoothed["pressure_max_MPa"] - exact) < smoothed.uncertainty["pressure_max_MPa"] < 0.2 * error

@@ -126,6 +126,17 @@ def test_rows_beyond_friction_have_a_reason_and_spoil_no_other(tmp_path: Path) -
     assert (errors[:-1] < 5.0).all() and np.isnan(errors[-1])
 
 
+def test_rows_without_friction_have_no_error_of_friction() -> None:
+    """The rails feel no force along the track there, and ± of other rows are no larger than μN besides the force."""
+    slippery = {"distance_mm": [0, 4, 8], "steps": 2, "values": {"load.friction_coefficient": [0.0, 1e-3, 0.4]}}
+    found = solve(wheel(history=slippery, numerics={"grid": 16})).history
+    assert found is not None
+    for name in ("track_force_x_N", "track_force_x_right_N", "Q_F_W", "shear_max_MPa"):
+        assert found[name][0] == found[f"uncertainty.{name}"][0] == 0.0 < found[f"uncertainty.{name}"][2]
+    limit = 1e-3 * found["track_force_z_N"][1]
+    assert abs(found["track_force_x_N"][1]) <= limit and found["uncertainty.track_force_x_N"][1] <= 2.0 * limit
+
+
 def test_a_file_goes_on_where_it_ended(tmp_path: Path) -> None:
     coarse = {"grid": 12}
     whole = column(wheel(history={"distance_mm": [0, 4], "steps": 4}, numerics=coarse), "track_force_x_N")

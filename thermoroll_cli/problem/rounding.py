@@ -3,7 +3,8 @@
 Points that are written with a few decimals are off by up to half of their last step q, each by another amount: an error of
 variance q²/12, whose waves are all as high up to the wave number k = π/h of points h apart. A wave of the amplitude Δ adds
 E* k Δ/2 to the pressure where it is in contact all over (Westergaard 1939), and what it adds to the curvature of a contact of
-the half-width b, E* b k² Δ/2, if it is longer than that."""
+the half-width b, E* b k² Δ/2, if it is longer than that. At the depth z the share (1 + kz) exp(−kz) of it is left, that of the
+stress along z (Johnson 1985, 5.1)."""
 
 from __future__ import annotations
 
@@ -39,10 +40,11 @@ class Rounding(NamedTuple):
     spacing: float
     wavelength: float = 0.0
 
-    def pressure(self, contact_modulus: float, half_width: float) -> float:
-        """Standard deviation of the pressure (Pa) of a contact of this half-width (m)."""
+    def pressure(self, contact_modulus: float, half_width: float, depth: float = 0.0) -> float:
+        """Standard deviation of the pressure of a contact of this half-width (m), or of the stress along z by it at a `depth`
+        (m), in Pa."""
         k = (np.arange(WAVES) + 0.5) * math.pi / (self.spacing * WAVES)
-        left = 1.0 / (1.0 + (k * self.wavelength / (2.0 * math.pi)) ** 4)
+        left = (1.0 + k * depth) * np.exp(-k * depth) / (1.0 + (k * self.wavelength / (2.0 * math.pi)) ** 4)
         return float(0.5 * contact_modulus * self.error * np.sqrt(np.mean((k * np.minimum(1.0, half_width * k) * left) ** 2)))
 
 
@@ -91,6 +93,7 @@ def rounding_warning(name: str, rounding: Rounding | None, contact_modulus: floa
                f"{1e-6 * pressure:.1g} MPa: give more decimals, or {'a larger ' if smoothed else ''}smoothing_mm in its table")
 
 
-def by_rounding(roundings: tuple[Rounding, ...], contact_modulus: float, half_width: float) -> float:
-    """What all `roundings` together may add to the largest pressure (Pa) of a contact of this half-width (m)."""
-    return LIKELY * math.hypot(*(each.pressure(contact_modulus, half_width) for each in roundings))
+def by_rounding(roundings: tuple[Rounding, ...], contact_modulus: float, half_width: float, depth: float = 0.0) -> float:
+    """What all `roundings` together may add to the largest pressure of a contact of this half-width (m), or to the stresses at
+    a `depth` (m) below it, in Pa."""
+    return LIKELY * math.hypot(*(each.pressure(contact_modulus, half_width, depth) for each in roundings))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,11 +21,10 @@ from thermoroll_cli.tools.arrays import Array
 
 COARSEST = 8
 """Elements per side of a coarser grid that gives error estimates."""
-FIRST, FINEST = 32, 256
-"""Elements per side of the first grid and of the last one tried where an accuracy is asked for; each takes eight times the time
-of the one before."""
-MOST_STEPS = 64
-"""How many times as many steps as the course has are tried for an accuracy."""
+FIRST = 32
+"""Elements per side of a grid that is not given, and of the least one for an accuracy, which begins with half of them."""
+FINER, MOST_STEPS = 16, 64
+"""How many times as many elements per side and as many steps are tried for an accuracy as it begins with."""
 SHORTEST = 10.0
 """Least length of a line contact, in half-widths: its displacements are those in its middle."""
 PER_ELEMENT, PER_STEP = 0.25, 0.5
@@ -49,34 +48,39 @@ Runs = tuple[tuple[int, int], list[Array]]
 """A grid, and the places of the steps of each run on it."""
 
 
-def grids_of(history: OverTime, times: int = 1) -> Iterator[Runs]:
-    """Grids from coarse to fine with the places of the steps of each run, `times` as many as the course has: half the elements
-    and steps (of single steps every second row, and all others in another run), what is asked for, and where an accuracy is
-    asked for twice the elements and the steps again and again. Steps after a restart, of first order, are halved, and compared
-    with whole ones."""
-    rows, numerics, restarts = history.course.rows, history.contact.numerics, np.array(history.restarts)
+def grids_of(history: OverTime) -> list[Runs]:
+    """The coarser grid, if there is one, and the one that is asked for, with the places of the steps of each run: half the
+    elements and steps (every second row, and all others in another run), and all of them."""
+    rows, sides = history.course.rows, shape_of(history, 1)
+    if min(side for side in sides if side > 1) < 2 * COARSEST:
+        return [(sides, [steps_of(history, 1)])]
+    every_second = [np.union1d(rows[::2], rows[-1]), np.union1d(rows[:1], rows[1::2])][: len(rows) - 1]
+    along, across = ((side + 1) // 2 for side in sides)
+    return [((along, across), every_second), (sides, [steps_of(history, 1)])]
+
+
+def most_grids(history: History) -> list[Runs]:
+    """What an accuracy takes at most: elements are doubled as often as they are at all, and then steps."""
+    shapes, times = ([2**power for power in range(int(math.log2(most)) + 1)] for most in (FINER, MOST_STEPS))
+    runs = [(finer, times[:2] if finer == 1 else times[1:] if finer == FINER else times[1:2]) for finer in shapes]
+    return [(shape_of(history, finer), [steps_of(history, each) for each in some]) for finer, some in runs]
+
+
+def shape_of(history: OverTime, finer: int) -> tuple[int, int]:
+    """Elements along and across, of which a line contact has one, `finer` times as many as those of the case, or on the first
+    grid for an accuracy."""
+    along, across = history.contact.numerics.grid or (FIRST // 2, FIRST // 2)
+    return finer * along, 1 if history.contact.line else finer * across
+
+
+def steps_of(history: OverTime, times: int) -> Array:
+    """Places with `times` as many equal steps between each of the rows and the next. Steps after a restart, of first order, are
+    halved, and compared with whole ones."""
+    rows, restarts = history.course.rows, np.array(history.restarts)
+    places = np.interp(np.arange((len(rows) - 1) * times + 1) / times, np.arange(len(rows)), rows)
     restarts = restarts[restarts < rows[-1]]
-    sides = (numerics.grid or (FIRST, FIRST))[: 1 if history.contact.line else 2]
-
-    def shape(counts: Iterable[int]) -> tuple[int, int]:
-        """Elements along and across, of which a line contact has one."""
-        along, *across = counts
-        return along, across[0] if across else 1
-
-    if min(sides) >= 2 * COARSEST:
-        every_second = [np.union1d(rows[::2], rows[-1]), np.union1d(rows[:1], rows[1::2])][: len(rows) - 1]
-        yield shape((side + 1) // 2 for side in sides), every_second if times == 1 else [places_of(rows, times // 2)]
-    finer = 1
-    while finer == 1 or (numerics.grid is None and finer * sides[0] <= FINEST):
-        places = places_of(rows, finer * times)
-        after = places[np.searchsorted(places, restarts, side="right")]
-        yield shape(finer * side for side in sides), [np.union1d(places, 0.5 * (restarts + after))]
-        finer *= 2
-
-
-def places_of(rows: Array, times: int) -> Array:
-    """Places with `times` as many equal steps between each of the `rows` and the next."""
-    return np.interp(np.arange((len(rows) - 1) * times + 1) / times, np.arange(len(rows)), rows)
+    after = places[np.searchsorted(places, restarts, side="right")]
+    return np.union1d(places, 0.5 * (restarts + after))
 
 
 def check(history: History) -> None:
@@ -132,15 +136,15 @@ def surface_warnings(history: OverTime, name: str, texture: Texture, sides: Mapp
 @dataclass(frozen=True)
 class HistoryPlan:
     """The number of steps on each of the `grids`, from coarse to fine, and what they take: `applications` of the tangential
-    operator on all grids, `memory_bytes`, of which `past_bytes` remember the heat of all steps, and `seconds`, each roughly. If
-    it `searches` for an accuracy, more steps are taken where those of the course err more than elements do."""
+    operator on all grids, `memory_bytes`, of which `past_bytes` remember the heat of all steps, and `seconds`, each roughly: at
+    most, where an accuracy is asked for, which takes `least` seconds at least (None: no accuracy is)."""
 
     grids: Sequence[tuple[tuple[int, int], Sequence[int]]]
     applications: int
     memory_bytes: int
     past_bytes: int
     seconds: float
-    searches: bool = False
+    least: float | None = None
 
     @property
     def sides(self) -> list[tuple[tuple[int, ...], Sequence[int]]]:
@@ -155,9 +159,12 @@ class HistoryPlan:
     @property
     def in_words(self) -> InWords:
         """One picture is that of the course."""
-        sizes = [f"grid {'×'.join(map(str, shape))}: {' and '.join(map(str, counts))} steps" for shape, counts in self.sides]
+        sizes = [(f"grid {'×'.join(map(str, shape))}: "
+                  f"{f'{counts[0]} to {counts[-1]}' if len(counts) > 2 else ' and '.join(map(str, counts))} steps")
+                 for shape, counts in self.sides]
         past = f"; {self.past_bytes / 2**20:.2g} MiB remember the heat of all steps" if self.past_bytes else ""
-        more = [f"up to {MOST_STEPS} times as many steps where steps err more than elements do"] if self.searches else []
+        more = [] if self.least is None else [
+            f"elements or steps are doubled as they err: {self.least:.2g} s if {FIRST} elements a side are enough"]
         return InWords((), sizes, [*more, f"about {self.applications} applications of the tangential operator{past}"], {
             "grids": [{"grid": shape, "steps": counts} for shape, counts in self.sides],
             "applications": self.applications, "heat_memory_bytes": self.past_bytes}, 3 if self.past_bytes else 1)
@@ -166,7 +173,9 @@ class HistoryPlan:
 def plan_of(history: History) -> HistoryPlan:
     """The plan of a history. Raises Unsolvable as `check`."""
     check(history)
-    grids = [(shape, [len(history.with_stops(places)) - 1 for places in runs]) for shape, runs in grids_of(history)]
+    accurate = history.problem.numerics.accuracy is not None
+    planned = most_grids(history) if accurate else grids_of(history)
+    grids = [(shape, [len(history.with_stops(places)) - 1 for places in runs]) for shape, runs in planned]
     (nx, ny), counts = grids[-1]
     # Transforms of the heat of all steps, and of the tables of their ages, half of which differ from those of the last step.
     tables, _ = _effects(history)
@@ -174,7 +183,7 @@ def plan_of(history: History) -> HistoryPlan:
     past = (2 + exchanged + tables + tables // 2) * max(counts) * 32 * nx * (ny + 1) if tables else 0
     applications, seconds = zip(*(_cost(history, shape, count) for shape, counts in grids for count in counts), strict=True)
     return HistoryPlan(grids, sum(applications), 8 * 4 * nx * ny * FIELDS + past, past, sum(seconds),
-                       history.problem.numerics.accuracy is not None)
+                       sum(seconds[:3]) if accurate else None)
 
 
 def _effects(history: History) -> tuple[int, bool]:

@@ -1,18 +1,35 @@
-"""A history on its grid and on the next coarser one with twice the steps: rows with estimated errors, and the last state."""
+"""A history on its grid and on the next coarser one, or on ever more elements and steps until it is accurate: rows with
+estimated errors, and the last state."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.many_contacts.history.course import History, OverTime, When
-from thermoroll_cli.many_contacts.history.history_plan import MOST_STEPS, check, grids_of, places_of, warnings_of
+from thermoroll_cli.many_contacts.history.history_plan import (
+    FINER,
+    MOST_STEPS,
+    check,
+    grids_of,
+    shape_of,
+    steps_of,
+    warnings_of,
+)
 from thermoroll_cli.many_contacts.history.kept_steps import KeptSteps
-from thermoroll_cli.many_contacts.history.row_errors import ReportedMoment, errors_of_rows, scalars_of_problem
+from thermoroll_cli.many_contacts.history.row_errors import (
+    FASTEST,
+    Errors,
+    Pair,
+    ReportedMoment,
+    errors_of_rows,
+    scalars_of_problem,
+    with_rounding,
+)
 from thermoroll_cli.many_contacts.history.steps import Moment, Steps
 from thermoroll_cli.many_contacts.history.surface_maps import maps_of_contact
 from thermoroll_cli.one_contact.refinement.error_estimates import missed_accuracy
@@ -31,7 +48,7 @@ from thermoroll_cli.tools.journal import Journal
 
 NOT_SOLVED = "the step was not solved: smaller ones help where inputs change much in one"
 WORTH = 0.7
-"""What four times as many steps have to leave of the error at most, so that still more of them are tried."""
+"""What twice the elements or steps have to leave of their error at most, so that they are doubled again before the others."""
 LOST = 1e-3
 """Share of the force that a state from a file loses between two grids, above which a warning says so."""
 
@@ -49,68 +66,95 @@ class HistorySolver:
         makes the result up to there. Steps go into the `journal`, if there is one, and those that it has are not solved again.
         Raises Unsolvable where friction cannot carry a force, JournalError."""
         check(history)
-        return on_domain(history, warnings_of(history), lambda extent, warnings: self._refined(
-            history, extent, warnings, report, journal))
+        solves = _Solves(history, self._threads, self._options, report, journal)
+        way = solves.on_its_grid if history.problem.numerics.accuracy is None else solves.until_accurate
+        return replace(on_domain(history, warnings_of(history), way), surfaces=maps_of_contact(history))
 
-    def _refined(
-        self, history: History, extent: float, warnings: Sequence[str], report: Report | None, journal: Journal | None
-    ) -> Result | None:
-        """The result on grids with ever more elements and steps, until it is as accurate as asked; None where the contact
-        reaches the rim of a domain that may grow."""
-        accuracy = history.problem.numerics.accuracy
-        level, grids = None, list(grids_of(history, 1 if accuracy is None else self._steps(history, extent)))
-        for shape, runs in grids:
-            level = _Level(history, [] if level is None else level.rows, warnings)
-            for run, places in enumerate(runs):
-                steps = Steps(history, shape, self._options, self._threads, extent)
-                for moment in steps.moments(places, KeptSteps(journal, f"{extent:g}/{shape[0]}x{shape[1]}/{run}")):
-                    level.interpolated = steps.stepper.interpolated
-                    level.add(moment)
-                    if report is not None:
-                        report("tangential", {
-                            "grid": list(shape), "applications": moment.applications,
-                            "residual": moment.state.contact.tangential.residual,
-                            **({"so_far": level.result} if level.coarser or len(grids) == 1 else {})})
-                    if moment.state.touches_rim and may_grow(extent):
-                        return None
-            if accuracy is not None and level.coarser and not _missed(level.result(), history):
-                break
-        assert level is not None
+
+class AtRim(Exception):
+    """The contact reaches the rim of a domain that may grow."""
+
+
+@dataclass(frozen=True)
+class _Solves:
+    """Solves a `history`, as the solver was asked to."""
+
+    history: History
+    threads: int
+    options: SolverOptions | None
+    report: Report | None
+    journal: Journal | None
+
+    def on_its_grid(self, extent: float, warnings: Sequence[str]) -> Result:
+        """The result on the grid that is asked for. Raises AtRim."""
+        level, grids = _Level(self.history, warnings), grids_of(self.history)
+        for number, (shape, runs) in enumerate(grids):
+            before, rows = level.rows, list[ReportedMoment]()
+            level = _Level(self.history, warnings, rows, {"both": [(rows, before)]} if number else {})
+            self._solve(level, extent, shape, runs, so_far=shape == grids[-1][0])
+        return level.result()
+
+    def until_accurate(self, extent: float, warnings: Sequence[str]) -> Result:
+        """The result on twice the elements, or with twice the steps, again and again, until all rows are as accurate as asked,
+        or not even errors of second order would become so: what costs least first, until its own difference is half of the
+        accuracy, or no longer falls. Raises AtRim."""
+        accuracy, most = self.history.problem.numerics.accuracy or 0.0, {"steps": MOST_STEPS, "elements": FINER}
+        cheapest = ["elements", "steps"] if self.history.problem.line else ["steps", "elements"]
+        at, way, level, largest = dict.fromkeys(most, 1), "", _Level(self.history, warnings), dict[str, float]()
+        while True:
+            shape = shape_of(self.history, at["elements"])
+            self._solve(level, extent, shape, [steps_of(self.history, at["steps"])], so_far=way == "elements")
+            if len(level.pairs) < len(most):
+                way = next(each for each in most if each not in level.pairs)
+            else:
+                missed, by_way, before = level.missed(), {each: level.missed(each) for each in most}, largest
+                largest = {each: worst(by_way[each].get(name, 0.0) for name in missed) for each in most}
+                least = sum(largest[each] / FASTEST ** math.log2(most[each] / at[each]) for each in most)
+                if not missed or not least <= accuracy:
+                    break
+                further = [each for each in cheapest if at[each] < most[each]]
+                worth = [each for each in further if largest[each] > 0.5 * accuracy
+                         and not (each == way and largest[each] > WORTH * before.get(each, math.inf))]
+                way = worth[0] if worth else max(further, key=lambda each: largest[each])
+            at[way] *= 2
+            rows = list[ReportedMoment]()
+            pairs = [(rows, level.rows), *level.pairs.get(way, [])[:1]]
+            level = _Level(self.history, warnings, rows, level.pairs | {way: pairs})
         found = level.result()
-        if accuracy is not None and (missed := _missed(found, history)):
-            tried = " × ".join(map(str, found.work["grid"]))
-            reason = not_reached(accuracy, missed, f"on the finest grid tried, {tried} elements",
-                                 "ask for less, or for others in numerics.accuracy_of, or set numerics.grid and history.steps")
+        if missed:
+            tried = f"{' × '.join(map(str, found.work['grid']))} elements with {at['steps']} times the steps"
+            reason = not_reached(
+                accuracy, missed, f"on {tried}, nor at best on the finest that are tried",
+                "ask for less, or for others in numerics.accuracy_of, or set numerics.grid and history.steps")
             found = replace(found, converged=False, reason=found.reason or reason)
-        return replace(found, surfaces=maps_of_contact(history))
+        return found
 
-
-    def _steps(self, history: History, extent: float) -> int:
-        """How many times as many steps as the course has an accuracy takes. Steps that are long beside the contact err more
-        than few elements do, and cost little on them: they are doubled there as long as that helps."""
-        shape, rows = next(grids_of(history))[0], history.course.rows
-        level, times, left = None, 1, [math.inf]
-        while times < MOST_STEPS:
-            level = _Level(history, [] if level is None else level.rows, ())
-            for moment in Steps(history, shape, self._options, self._threads, extent).moments(places_of(rows, times)):
+    def _solve(self, level: _Level, extent: float, shape: tuple[int, int], runs: Sequence[Array], *, so_far: bool) -> None:
+        """Let the `level` have the steps of all `runs` over the course; reports have its result `so_far`. Raises AtRim."""
+        for run, places in enumerate(runs):
+            steps = Steps(self.history, shape, self.options, self.threads, extent)
+            kept = KeptSteps(self.journal, f"{extent:g}/{shape[0]}x{shape[1]}/{len(places)}/{run}")
+            for moment in steps.moments(places, kept):
+                level.interpolated = steps.stepper.interpolated
                 level.add(moment)
-            left.append(worst(_missed(level.result(), history).values()) if level.coarser else math.inf)
-            if left[-1] == 0.0:
-                return times
-            if not left[-1] <= WORTH * left[max(0, len(left) - 3)]:
-                return max(1, times // 4)
-            times *= 2
-        return times
+                if self.report is not None:
+                    self.report("tangential", {
+                        "grid": list(shape), "applications": moment.applications,
+                        "residual": moment.state.contact.tangential.residual, **({"so_far": level.result} if so_far else {})})
+                if moment.state.touches_rim and may_grow(extent):
+                    raise AtRim
 
 
-def on_domain(history: OverTime, warnings: Sequence[str], solved: Callable[[float, Sequence[str]], Result | None],
+def on_domain(history: OverTime, warnings: Sequence[str], solved: Callable[[float, Sequence[str]], Result],
               least: float = 0.0) -> Result:
     """What is `solved` on a domain of some half-lengths of the contact, at `least` so many, with `warnings`; the domain grows,
-    and a warning says so, as long as that is None."""
+    and a warning says so, as long as that raises AtRim."""
     extent = max(extent_of(history.contact.numerics)[0], least)
-    while (found := solved(extent, warnings)) is None:
-        extent, warnings = grown(extent, warnings)
-    return found
+    while True:
+        try:
+            return solved(extent, warnings)
+        except AtRim:
+            extent, warnings = grown(extent, warnings)
 
 
 def table_of(
@@ -137,13 +181,13 @@ def table_of(
 
 @dataclass
 class _Level:
-    """A history on one grid: its `rows` up to now, beside those on a `coarser` one. The state that it begins with has lost the
-    share `interpolated` of its force between the grids."""
+    """A history on one grid: its `rows` up to now, and the `pairs` of finer and coarser rows, the finest first, by what these
+    differ in. The state that it begins with has lost the share `interpolated` of its force between the grids."""
 
     history: History
-    coarser: Sequence[ReportedMoment]
     warnings: Sequence[str]
     rows: list[ReportedMoment] = field(default_factory=list)
+    pairs: dict[str, list[Pair]] = field(default_factory=dict)
     interpolated: float = 0.0
     _last: Moment | None = None
     _work: int = 0
@@ -176,25 +220,25 @@ class _Level:
         lost = [] if self.interpolated <= LOST else [
             f"the state to begin with is interpolated from another grid: {100 * self.interpolated:.2g} % of its force was lost "
             "on the way and put back, and counts in the errors; take its grid and numerics.extent"]
-        grid = self._last.here.grid
-        errors = errors_of_rows(self.history, self.rows, self.coarser, (grid.dx, grid.dy), self.interpolated)
+        # What no grid betters is no missed accuracy.
+        errors = with_rounding(self.history, self.rows, self._errors(self.pairs.values()))
         return _result(self.history, self.rows, self._last, errors, [*self.warnings, *lost])
 
+    def missed(self, way: str = "") -> dict[str, float]:
+        """Estimated errors of scalars in the row that errs most, over their largest scales: of those that the accuracy that is
+        asked for does not bound, or of all by one way alone."""
+        columns = _columns(self.history, self.rows)
+        largest = {name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}
+        found, errors = dict.fromkeys(SCALARS, 0.0), self._errors([self.pairs[way]] if way else self.pairs.values())
+        for name, own in ((name, known_as(name, largest)) for name in SCALARS):
+            if own in errors and (scale := error_scale(name, largest)):
+                found[name] = worst(errors[own][~np.isnan(columns[own])]) / scale
+        return found if way else missed_accuracy(found, largest, self.history.problem)
 
-def _missed(result: Result, history: History) -> dict[str, float]:
-    """The scalars whose estimated error in some row the accuracy that is asked for does not bound, over the largest scale of
-    all."""
-    table = result.history
-    assert table is not None
-    largest = {name: float(np.nanmax(np.abs(column))) for name, column in table.numbers.items()
-               if not name.startswith(UNCERTAINTY)}
-    errors = dict.fromkeys(SCALARS, 0.0)
-    for name, column in ((name, UNCERTAINTY + known_as(name, largest)) for name in SCALARS):
-        scale = error_scale(name, largest) if column in table else 0.0
-        if scale:
-            there = ~np.isnan(np.array(table[column.removeprefix(UNCERTAINTY)]))
-            errors[name] = worst(np.array(table[column])[there]) / scale
-    return missed_accuracy(errors, largest, history.problem)
+    def _errors(self, ways: Iterable[Sequence[Pair]]) -> Errors:
+        assert self._last is not None
+        grid = self._last.here.grid
+        return errors_of_rows(self.history, self.rows, [*ways], (grid.dx, grid.dy), self.interpolated)
 
 
 def _reported(moment: Moment) -> State:
@@ -206,26 +250,31 @@ def _result(
     history: History, rows: Sequence[ReportedMoment], last: Moment, errors: Mapping[str, Array], warnings: Sequence[str]
 ) -> Result:
     """The state of the `last` moment with the columns of all `rows`; it has converged if every step was solved."""
-    problems = [history.problem_at(row.place) for row in rows]
-    of_problem = [scalars_of_problem(problem) for problem in problems]
-    numbers = [{**row.scalars, **known} for row, known in zip(rows, of_problem, strict=True)]
-    cells = [each | over_limit(each) for each in numbers]
-    # Without friction nothing is relative to what it carries.
-    names = dict.fromkeys(name for each in cells for name in each)
-    columns = {name: np.array([each.get(name, math.nan) for each in cells]) for name in names}
+    columns = _columns(history, rows)
     table, reason = table_of(history, rows, ["" if row.converged else NOT_SOLVED for row in rows], columns, errors,
                              {number: row.state for number, row in enumerate(rows) if row.state is not None})
-    problem = replace(problems[-1], normal_force=last.reported.scalars["normal_N"])
+    problem = history.problem_at(rows[-1].place)
+    of_problem = scalars_of_problem(problem)
+    problem = replace(problem, normal_force=last.reported.scalars["normal_N"])
     state, known = _reported(last), {name: float(error[-1]) for name, error in errors.items()}
     below, errors_below = _largest_below(columns, errors)
     known = {**{name: error for name, error in known.items() if name not in below}, **errors_below}
     return Result(
-        problem=problem, coupled=state, isothermal=state, of_problem=of_problem[-1],
+        problem=problem, coupled=state, isothermal=state, of_problem=of_problem,
         converged=not reason, reason=reason, uncertainty=known,
         work={"grid": list(last.here.grid.sides), "extent": last.here.extent, "steps": len(rows) - 1,
               "applications": sum(row.applications for row in rows), "skipped": {}},
         patches=tuple(patches_of(last.here, last.state.contact)), history=table, warnings=tuple(warnings),
         subsurface=Subsurface({}, below) if below else None)
+
+
+def _columns(history: History, rows: Sequence[ReportedMoment]) -> dict[str, Array]:
+    """The scalars of all rows, those of their problems among them."""
+    numbers = [{**row.scalars, **scalars_of_problem(history.problem_at(row.place))} for row in rows]
+    cells = [each | over_limit(each) for each in numbers]
+    # Without friction nothing is relative to what it carries.
+    names = dict.fromkeys(name for each in cells for name in each)
+    return {name: np.array([each.get(name, math.nan) for each in cells]) for name in names}
 
 
 def _largest_below(columns: Mapping[str, Array], errors: Mapping[str, Array]) -> tuple[dict[str, float], dict[str, float]]:

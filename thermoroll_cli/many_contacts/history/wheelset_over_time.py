@@ -20,8 +20,8 @@ import numpy as np
 
 from thermoroll_cli.many_contacts.history.course import Beginning, WheelsetHistory, When
 from thermoroll_cli.many_contacts.history.history_plan import FIRST, grids_of, surface_warnings, warnings_of
-from thermoroll_cli.many_contacts.history.row_errors import SAFETY, over_rows, unseen_pressure
-from thermoroll_cli.many_contacts.history.solve import on_domain, table_of
+from thermoroll_cli.many_contacts.history.row_errors import OF_TRACTIONS, over_rows, safety_of, unseen_pressure, within_reach
+from thermoroll_cli.many_contacts.history.solve import AtRim, on_domain, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
 from thermoroll_cli.many_contacts.history.surface_maps import maps_of_wheelset
 from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, roll_of, touching, wheelset_warnings
@@ -34,6 +34,7 @@ from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, whee
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, sign_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import result_of
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
+from thermoroll_cli.one_contact.refinement.outcome import rounded
 from thermoroll_cli.one_contact.refinement.plan import extent_of, may_grow
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation, SolverOptions
@@ -293,13 +294,13 @@ class WheelsetHistorySolver:
     def solve(self, history: WheelsetHistory, *, report: Report | None = None) -> Result:
         """The result of the last row, with the columns of all. Raises Unsolvable where a wheel misses its rail."""
         warnings = list(dict.fromkeys(warnings_over_time(history)))
-        grids = list(grids_of(history))
+        grids = grids_of(history)
         finest, (all_places,) = grids[-1]
         known = _Patches(history, finest, 0.0, self._threads, self._options)
 
-        def refined(extent: float, warnings: Sequence[str]) -> Result | None:
-            """The result on grids with more and more elements and steps; None where a contact reaches the rim of a domain that
-            may grow, which is then known to be there."""
+        def refined(extent: float, warnings: Sequence[str]) -> Result:
+            """The result on grids with more and more elements and steps. Raises AtRim where a contact reaches the rim of a
+            domain that may grow, which is then known to be there."""
             nonlocal known
             ahead, coarser, rows = known.afresh(finest, extent), dict[float, _Solved](), dict[float, _Solved]()
             ahead.look_ahead(history.with_stops(all_places))
@@ -314,7 +315,7 @@ class WheelsetHistorySolver:
                             break
                     if grows and patches.touches_rim:
                         known = patches
-                        return None
+                        raise AtRim
             return _result(history, rows, coarser, warnings)
 
         # The coarsest grid has an element beside the contacts of all rows at each end.
@@ -340,8 +341,9 @@ def _result(
         other = np.array([coarser[place].result.coupled.scalars.get(name, math.nan) for place in places.tolist()])
         known = ~np.isnan(column - other) & solved
         if known.any() and not np.isnan(left).all():
-            error = SAFETY * over_rows(places, places[known], np.abs(column - other)[known])
-            error = error + left + FLOOR * error_scale(name, largest)
+            safety = safety_of(name.replace("_left_", "_").replace("_right_", "_"))
+            error = safety * over_rows(places, places[known], np.abs(column - other)[known])
+            error = _within_friction(name, column, error + left + FLOOR * error_scale(name, largest), [*rows.values()])
             if name == "pressure_max_MPa":
                 error = error + [max(map(_unseen_pressure, row.solved.patches), default=0.0) for row in rows.values()]
             errors[name] = np.where(np.isnan(column) | ~done, math.nan, error)
@@ -358,15 +360,34 @@ def _result(
                    work={**found.work, "steps": len(rows) - 1, "applications": sum(row.applications for row in rows.values())})
 
 
+def _within_friction(name: str, column: Array, error: Array, rows: Sequence[_Solved]) -> Array:
+    """The `error` of a scalar that is no larger than what friction lets the patches of its side have: the rails feel along the
+    track no more than that, and tractions do nothing without it."""
+    sides = [side for side in SIDES if f"_{side}_" in name] or SIDES
+    limit = np.array([sum(patch.result.problem.friction.highest * patch.result["normal_N"] for patch in row.solved.patches
+                          if patch.side in sides) for row in rows])
+    if name.startswith("track_force_x"):
+        return np.minimum(error, limit + np.abs(column))
+    of_tractions = any(name.startswith(each.rpartition("_")[0]) for each in OF_TRACTIONS)
+    return np.where(limit == 0.0, 0.0, error) if of_tractions else error
+
+
 def _errors_of_patch(solved: SolvedPatch, before: _Solved | None) -> dict[str, float]:
     """Errors of the scalars of a patch at the last row, from the patch there on the coarser grid; nan without one."""
     mine = [patch for patch in before.solved.patches if patch.side == solved.side] if before else []
     near = same_patch(mine, solved.carrying.patch.y, lambda patch: patch.carrying.patch.y)
     scalars = solved.result.coupled.scalars
     other = near.result.coupled.scalars if near else dict.fromkeys(scalars, math.nan)
-    errors = {name: SAFETY * abs(value - other[name]) + FLOOR * error_scale(name, solved.result.numbers)
+    errors = {name: safety_of(name) * abs(value - other[name]) + FLOOR * error_scale(name, solved.result.numbers)
               for name, value in scalars.items()}
-    return errors | {"pressure_max_MPa": errors["pressure_max_MPa"] + _unseen_pressure(solved)}
+    derived = DerivedQuantities(solved.result.problem)
+    errors = {name: error + rounded(name, derived, scalars) * error_scale(name, solved.result.numbers)
+              for name, error in errors.items()}
+    errors["pressure_max_MPa"] += _unseen_pressure(solved)
+    bounded = within_reach({name: np.array([error]) for name, error in errors.items()},
+                           {name: np.array([value]) for name, value in scalars.items()},
+                           np.array([solved.result.problem.friction.highest]))
+    return {name: float(error[0]) for name, error in bounded.items()}
 
 
 def _unseen_pressure(solved: SolvedPatch) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -23,7 +24,7 @@ from thermoroll_cli.one_contact.refinement.warnings import surface_of_substrates
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.scalars import patches_of, problem_scalars
 from thermoroll_cli.physics.heat.frictional_heat import account
-from thermoroll_cli.problem.names import SCALARS, per_length
+from thermoroll_cli.problem.names import ALL_SCALARS, per_length
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.rounding import by_rounding
 from thermoroll_cli.problem.scalar_errors import error_scale, not_reached
@@ -49,9 +50,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
             problem.numerics.accuracy, missed, f"on the finest grid tried, {last.here.grid.nx} elements per side",
             "ask for less, name what has to be accurate in numerics.accuracy_of, or set numerics.grid"))
     # What no grid betters is no missed accuracy.
-    rounded = _rounded(derived)
-    errors = {name: error + (rounded if SCALARS[name].kind in ("peak pressure", "peak") else 0.0)
-              for name, error in errors.items()}
+    errors = {name: error + rounded(name, derived, by_level[-1]) for name, error in errors.items()}
     residuals: dict[str, Any] = {}
     if hot is not cold:
         residuals["coupling_residual"] = np.array(last.state.history)
@@ -81,11 +80,16 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
     )
 
 
-def _rounded(derived: DerivedQuantities) -> float:
-    """By how much the rounding of profiles may change the largest pressure, over that."""
-    scales = derived.scales
+def rounded(name: str, derived: DerivedQuantities, scalars: Mapping[str, float]) -> float:
+    """By how much the rounding of profiles may change the scalar of this name, over its `error_scale`: the largest pressure and
+    traction, and stresses below the surface at the depths that `scalars` have; 0 of all others."""
+    scalar, scales = ALL_SCALARS[name], derived.scales
+    below = scalar.scale == "stress below"
+    if not (below or scalar.kind in ("peak pressure", "peak")):
+        return 0.0
+    depth = 1e-3 * scalars.get(name.replace("_max_", "_depth_").replace("_MPa", "_mm"), 0.0) if below else 0.0
     roundings = derived.problem.geometry.roundings(scales.centre, scales.semi_axis_y)
-    return by_rounding(roundings, derived.problem.contact_modulus, scales.semi_axis_y) / scales.peak_pressure
+    return by_rounding(roundings, derived.problem.contact_modulus, scales.semi_axis_y, depth) / scales.peak_pressure
 
 
 def state_of_line(state: State) -> State:

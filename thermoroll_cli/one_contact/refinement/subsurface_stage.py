@@ -11,7 +11,7 @@ import numpy as np
 
 from thermoroll_cli.one_contact.refinement.error_estimates import Resolution, stress_estimates
 from thermoroll_cli.one_contact.refinement.level import Level
-from thermoroll_cli.one_contact.refinement.outcome import refining_both, scalars_by_level
+from thermoroll_cli.one_contact.refinement.outcome import refining_both, rounded, scalars_by_level
 from thermoroll_cli.one_contact.refinement.plan import Plan
 from thermoroll_cli.one_contact.refinement.subsurface_plan import depths_of, few_depths, hot_bodies
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
@@ -115,7 +115,7 @@ def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
                               "set a larger subsurface.depth_mm" if cut_off else "set numerics.grid")
         reason = "; ".join(filter(None, (reason, message)))
     numbers = {**result.numbers, **below.scalars}
-    uncertainty = {name: each * error_scale(name, numbers) for name, each in error.items()}
+    uncertainty = {name: (each + rounded(name, derived, scalars)) * error_scale(name, numbers) for name, each in error.items()}
     return replace(result, subsurface=below, uncertainty={**result.uncertainty, **uncertainty},
                    work={**result.work, "seconds": seconds}, converged=not reason, reason=reason,
                    warnings=(*result.warnings, *below.warnings))
