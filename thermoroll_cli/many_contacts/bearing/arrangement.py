@@ -23,6 +23,8 @@ BALANCED = 2e-5
 """Forces and moments over half of the diameter that are left of a ball's balance, over the largest friction limit of a ball."""
 SETTLED = 5e-4
 """Difference of the friction that pushes a ball axially and outwards from that with which it was placed, over the same."""
+CONDITIONS = np.repeat([1.0, BALANCED / SETTLED], 4)
+"""How much each of the eight conditions counts."""
 FAST = 5.0
 """A contact slides fast at more than as many times the creepages at which it begins to slide all over: there only the ratios of
 its creepages count, and what follows are shares of them."""
@@ -190,8 +192,8 @@ class Arrangement:
         return total
 
     def weights(self, ball: Ball) -> Array:
-        """Of the conditions (8,) in 1/N, over the ball's friction limit: `SETTLED` of the last four counts as `BALANCED`."""
-        return np.repeat([1.0, BALANCED / SETTLED], 4) / self.limit(ball)
+        """Of the conditions (8,) in 1/N, over the ball's friction limit."""
+        return CONDITIONS / self.limit(ball)
 
     def left(self, ball: Ball) -> float:
         """What is left of the conditions of a ball, over its friction limit. With a common cage its speed counts in place of
@@ -233,61 +235,51 @@ class Arrangement:
 
     # --- Newton's step -------------------------------------------------------------------------------------------------
 
-    def newton(self, ball: Ball, rest: Array, speed: float | None = None, radius: float = math.inf) -> tuple[Array, float]:
-        """The change (8,) of a ball's motion and of the friction with which it is placed that takes `rest` away, and its
-        largest change of a creepage, in the unit of steps. Where that is above `radius` it is the change within it that leaves
-        least (Levenberg 1944). If the `speed` of the cage changes by as much as is given, the pocket takes the force along the
-        pitch circle."""
-        unit = np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)), self.limit(ball)], 4)
-        free, given = slice(0 if speed is None else 1, 8), (speed or 0.0) * np.eye(8)[0]
-        slopes, moves = self.jacobian(ball), np.vstack(
-            [self.changes(ball, ring) / self.unit(ball, ring)[:, None] for ring in RINGS])
-        weights = self.weights(ball)[free]
-        conditions, wanted = weights[:, None] * (slopes * unit)[free, free], -weights * (rest + slopes @ given)[free]
-        moving, moved = (moves * unit)[:, free], -moves @ given
+    def newton(
+        self, balls: Sequence[Ball], rests: Sequence[Array], common: float | None, radius: float = math.inf
+    ) -> tuple[Array, float, float]:
+        """The changes (n, 8) of the motion of `balls` and of the friction with which they are placed that take their `rests`
+        away, as each turns the contacts of the others by its friction; their largest change of a creepage, in the unit of
+        steps; and what they leave by the slopes, over the largest friction limit of these balls.
+
+        Where the largest change is above `radius` these are the changes within it that leave least (Levenberg 1944). If all
+        cages come to the speed `common`, pockets take the forces along the pitch circle."""
+        count, limit = len(balls), max(map(self.limit, balls))
+        slopes, moves = np.zeros((count, 8, count, 8)), np.zeros((count, 6, count, 8))
+        for i, ball in enumerate(balls):
+            slopes[i, :, i] = self.jacobian(ball)
+            for j, other in enumerate(balls):
+                for rows, ring in zip((slice(0, 3), slice(3, 6)), RINGS, strict=True):
+                    changes = self.changes(ball, ring) if j == i else np.hstack(
+                        [np.zeros((3, 4)), self.turning(ball, ring, other)])
+                    moves[i, rows, j] = changes / self.unit(ball, ring)[:, None]
+                    if j != i:
+                        turned = changes / self.saturation(ball, ring)[:, None]
+                        slopes[i, :, j] += self.conditions(ball, ring, ball.slopes[ring] @ turned)
+        given, free = np.zeros((count, 8)), np.tile(np.arange(8) >= (0 if common is None else 1), count)
+        given[:, 0] = 0.0 if common is None else [common - float(ball.motion[0]) for ball in balls]
+        unit = np.concatenate([np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)),
+                                          self.limit(ball)], 4) for ball in balls])
+        weights = np.tile(CONDITIONS, count) / limit
+        over = weights[:, None] * slopes.reshape(8 * count, 8 * count)
+        rest, moving = weights * np.ravel(rests), moves.reshape(6 * count, 8 * count)
+        wanted, moved = -(rest + over @ given.ravel())[free], -moving @ given.ravel()
+        matrix, lengths = (over * unit)[np.ix_(free, free)], (moving * unit)[:, free]
 
         def least(damping: float) -> tuple[Array, float]:
-            step = given.copy()
-            step[free] = unit[free] * np.linalg.lstsq(
-                np.vstack([conditions, damping * moving]), np.concatenate([wanted, damping * moved]), rcond=1e-10)[0]
-            return step, float(np.abs(moves @ step).max())
+            step = given.ravel().copy()
+            step[free] += unit[free] * np.linalg.lstsq(
+                np.vstack([matrix, damping * lengths]) if damping else matrix,
+                np.concatenate([wanted, damping * moved]) if damping else wanted, rcond=1e-10)[0]
+            return step, float(np.abs(moving @ step).max())
 
         step, size = least(0.0)
-        if size <= radius:
-            return step, size
-        low, high = 0, len(DAMPINGS) - 1
-        while low < high:  # the least damping that is enough
-            middle = (low + high) // 2
-            low, high = (low, middle) if least(DAMPINGS[middle])[1] <= radius else (middle + 1, high)
-        step, size = least(DAMPINGS[low])
-        share = min(1.0, radius / size)
-        return share * step, share * size
-
-    def newton_of_all(self, balls: Sequence[Ball]) -> tuple[Array, float]:
-        """The changes (n, 8) of several balls that take away what is left of the conditions of all of them, as each turns the
-        contacts of the others by its friction, and their largest change of a creepage, in the unit of steps."""
-        count = len(balls)
-        slopes, rest, given = np.zeros((count, 8, count, 8)), np.zeros((count, 8)), np.zeros((count, 8))
-        units = np.ones((count, 8))
-        for i, ball in enumerate(balls):
-            rest[i], slopes[i, :, i] = self.rest(ball), self.jacobian(ball)
-            units[i] = np.repeat([self.problem.contact.friction.coefficient * float(np.linalg.norm(ball.motion)),
-                                  self.limit(ball)], 4)
-            given[i, 0] = 0.0 if self.common is None else self.common - float(ball.motion[0])
-            for j, other in enumerate(balls):
-                for ring in RINGS if j != i else ():
-                    turned = self.turning(ball, ring, other) / self.saturation(ball, ring)[:, None]
-                    slopes[i, :, j, 4:] += self.conditions(ball, ring, ball.slopes[ring] @ turned)
-        free = np.tile(np.arange(8) >= (0 if self.common is None else 1), count)
-        weights = np.concatenate([self.weights(ball) for ball in balls])[free]
-        matrix = slopes.reshape(8 * count, 8 * count)
-        wanted = -weights * (rest.ravel() + matrix @ given.ravel())[free]
-        step = given.ravel()
-        step[free] = units.ravel()[free] * np.linalg.lstsq(
-            weights[:, None] * (matrix * units.ravel())[np.ix_(free, free)], wanted, rcond=1e-10)[0]
-        steps = step.reshape(count, 8)
-        moved = (self.changes(ball, ring) @ step + sum((self.turning(ball, ring, other) @ its[4:] for other, its in zip(
-            balls, steps, strict=True) if other is not ball), np.zeros(3)) for ball, step in zip(balls, steps, strict=True)
-            for ring in RINGS)
-        units_of_steps = (self.unit(ball, ring) for ball in balls for ring in RINGS)
-        return steps, max(float(np.abs(change / unit).max()) for change, unit in zip(moved, units_of_steps, strict=True))
+        if size > radius:
+            low, high = 0, len(DAMPINGS) - 1
+            while low < high:  # the least damping that is enough
+                middle = (low + high) // 2
+                low, high = (low, middle) if least(DAMPINGS[middle])[1] <= radius else (middle + 1, high)
+            step, size = least(DAMPINGS[low])
+            share = min(1.0, radius / size)
+            step, size = share * step, share * size
+        return step.reshape(count, 8), size, float(np.linalg.norm((rest + over @ step)[free]))
