@@ -69,12 +69,21 @@ def test_a_long_wave_is_a_curvature_of_rail_or_wheel(sign: float) -> None:
         np.testing.assert_allclose(column(on_wheel, name), column(rail, name), rtol=1e-3, err_msg=name)
 
 
+def test_a_rise_ahead_moves_the_contact_ahead() -> None:
+    """To where the gap x²/2R − h′x is least, R h′ ahead of the axle; behind it where rail or wheel fall."""
+    for ahead, body in ((1.0, "surface"), (-1.0, "on_wheel")):
+        rise = {"kind": "wave", "amplitude_um": 50.0, "wavelength_mm": LONG, "start_mm": ahead * 0.25 * LONG}
+        (patch,) = rolled(**{body: rise}, history={"distance_mm": [-0.01, 0.0], "steps": 1}).patches
+        moved = RADIUS * 0.05 * 2.0 * math.pi / LONG
+        assert patch.record["x_mm"] == pytest.approx(ahead * moved, rel=0.03)  # type: ignore[union-attr]
+
+
 def test_each_wave_has_its_own_period_and_begins_where_it_is_said() -> None:
     """A rail's wave by distance, a wheel's by the angle: the same after a wavelength, from the start, place or rotation."""
     short = {"kind": "wave", "amplitude_um": 20.0, "wavelength_mm": 12.0, "start_mm": 2.0}
     once = column(rolled(short), "pressure_max_MPa")
-    for moved in ({"surface": short | {"start_mm": 14.0}}, {"surface": short, "wheelset": {"position_mm": 24.0}}):
-        np.testing.assert_allclose(column(rolled(**moved), "pressure_max_MPa"), once, rtol=1e-9)
+    moved = rolled(short | {"start_mm": 14.0}, wheelset={"position_mm": 24.0})
+    np.testing.assert_allclose(column(moved, "pressure_max_MPa"), once, rtol=1e-9)
     turned = rolled(None, short, wheelset={"rotation_deg": math.degrees(36.0 / RADIUS)})
     np.testing.assert_allclose(column(turned, "pressure_max_MPa"), once, rtol=2e-3)
     assert np.ptp(once) > 0.02 * once.max()
