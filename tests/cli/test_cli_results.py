@@ -221,5 +221,9 @@ def test_several_sweeps_or_results_are_drawn_over_each_other(tmp_path: Path, mon
     assert [text.get_text() for text in pictures[1].legends[0].get_texts()] == ["dry", "wet"]
     peaks = [max(line.get_ydata()) for line in pictures[1].axes[1].lines]
     assert peaks[0] > 1.5 * peaks[1]
+    for file, option in ((results[0], ("--x", "load.normal_N")), (results[0], ("--compare", "linear")),
+                         (both[0], ("--cut-y", "0")), (both[0], ("--normalised",))):
+        unused = call("plot", file, *option, "-o", tmp_path / "unused")
+        assert unused.returncode == 2 and "of which this option draws nothing" in " ".join(unused.stderr.split())
     mixed = call("plot", results[0], both[0], "--over", "-o", tmp_path)
     assert mixed.returncode == 2 and "several results of contacts, or several tables" in mixed.stderr

@@ -43,7 +43,9 @@ def plot(
     ] = "",
     cut_y: Annotated[float | None, typer.Option("--cut-y", metavar="MM", help="Curves along x at this y.")] = None,
     over_x: options.Over = "",
-    columns: options.Columns = "",
+    columns: Annotated[
+        str, typer.Option("--columns", metavar="A,B", help="Sweeps and histories: these scalars alone.")
+    ] = "",
     together: Annotated[
         bool, typer.Option("--over", help="All in one picture: curves of sweeps or histories, centre lines of results.")
     ] = False,
@@ -71,6 +73,14 @@ def plot(
         measured = None if data is None else Measured.read(data)
     # All of them are read before the first picture is drawn.
     stored = [read_stored(path, with_fields=bool(animate)) for path in results]
+    of_results = {"--fields": fields, "--cut-y": cut_y is not None, "--normalised": normalised}
+    of_tables = {"--x": over_x, "--columns": columns, "--compare": theories, "--measured": data, "--animate": animate}
+    tables = [not isinstance(one, Result) for one in stored]
+    for unlike, kind, given in ((all(tables), "a table", of_results), (not any(tables), "a result", of_tables)):
+        # A result over time has a table beside it.
+        if (unused := next((name for name, value in given.items() if value), None)) and unlike and not any(
+                map(history_beside, results)):
+            raise typer.BadParameter(f"{results[0]} is {kind}, of which this option draws nothing", param_hint=unused)
     if output is not None:
         options.check_writable(output)
     if together:

@@ -11,6 +11,9 @@ from thermoroll_cli.many_contacts.wheelset.conicity import NEIGHBOURS, NOMINAL, 
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, sign_of
 from thermoroll_cli.plots import style
 
+CLOSE = 0.09
+"""Labels closer than this share of half of the width of a section touch."""
+
 
 def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | None = None) -> pathlib.Path:
     """Write the picture to `path`. Raises OSError."""
@@ -46,7 +49,7 @@ def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | 
             axes.plot(sign * wheel[0], wheel[1] - drop, color=style.AFTER, label="wheel")
             axes.plot(sign * rail[0], rail[1], color=style.BEFORE, label="rail")
             most = 1e3 * float(found.amplitudes.max())
-            touched: list[float] = []
+            touched, heads = list[float](), dict[int, tuple[float, float]]()
             for whole in range(-int(most), int(most) + 1) if found.contacts else ():
                 k = int(np.argmin(np.abs(1e3 * found.shifts - whole)))
                 if abs(1e3 * found.shifts[k] - whole) > 0.1:
@@ -57,12 +60,18 @@ def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | 
                 axes.plot(*zip(foot, head, strict=True), color="0.35", linewidth=0.6, marker=".", markersize=2.5,
                           label="places that touch at each mm of the shift" if not touched else "_")
                 if whole % 2 == 0:
-                    axes.annotate(f"{whole}".replace("-", "−"), head, ha="center", va="bottom", fontsize=6, xytext=(0.0, 2.0),
-                                  textcoords="offset points")
+                    heads[whole] = head
                 touched += [foot[0], head[0]]
             touched = touched or [sign * float(rail[0][int(np.argmin(rail[1]))])]
             middle = 0.5 * (min(touched) + max(touched))
             half = max(0.5 * (max(touched) - min(touched)) + 10.0, 23.0)
+            named: list[float] = []
+            for whole, head in sorted(heads.items(), key=lambda each: abs(each[0])):
+                # Places that lie close together share the label of the smallest shift.
+                if all(abs(head[0] - other) > CLOSE * half for other in named):
+                    axes.annotate(f"{whole}".replace("-", "−"), head, ha="center", va="bottom", fontsize=6, xytext=(0.0, 2.0),
+                                  textcoords="offset points")
+                    named.append(head[0])
             axes.set(xlim=(middle - half, middle + half), ylim=(24.0, -22.0), aspect="equal", xlabel="y (mm)", ylabel="z (mm)",
                      title=f"{side} wheel")
             style.few_ticks(axes, 5, 5, grid=True)

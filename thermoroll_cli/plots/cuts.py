@@ -47,8 +47,8 @@ class Curve(NamedTuple):
 
 
 def centreline_figure(frame: RunFrame) -> Figure | None:
-    """Heat flux, temperature, pressure and shear traction along the cut, whichever exist; None without pressure."""
-    candidates = [(quantity, curves_of(frame, quantity)) for quantity in (HEAT_FLUX, TEMPERATURE, PRESSURE, TRACTION)]
+    """Pressure, shear traction, heat flux and temperature along the cut, whichever exist; None without pressure."""
+    candidates = [(quantity, curves_of(frame, quantity)) for quantity in (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE)]
     diagrams = [(quantity, curves) for quantity, curves in candidates if curves]
     if not diagrams:
         return None

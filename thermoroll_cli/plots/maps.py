@@ -53,6 +53,8 @@ TALLEST, SHORT_BAR = 120.0 * style.MM, 40.0 * style.MM
 """Largest height of a map; length of a colour bar from which the words fit beside it."""
 LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * style.MM for size in (16.5, 21.5, 6.0, 10.0, 5.5, 6.0))
 """Room for labels at the left, the colour bar, a line of words above a map, its axis, the title, between maps."""
+LETTER = 1.5 * style.MM
+"""Width of a letter of these words."""
 
 
 class Panel(NamedTuple):
@@ -91,7 +93,8 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     width = style.SINGLE if columns == 1 and shape >= FLAT else style.DOUBLE
     side = min((width - LABELS - BAR - (columns - 1) * GAP) / columns, TALLEST / shape)
     left = LABELS + 0.5 * (width - LABELS - BAR - columns * side - (columns - 1) * GAP)
-    separator = ", " if side > 65.0 * style.MM and not any("body" in panel.words for panel in panels) else "\n"
+    longest = max(len(f"{panel.words}, {extremes(panel, scale)}") for panel in panels)
+    separator = ", " if longest * LETTER < side else "\n"
     step = side * shape + TITLE * (1.6 if separator == "\n" and any(panel.words for panel in panels) else 1)
     handles = border_handles(frame, arrows=quantity is TRACTION)
     foot = AXIS + style.legend_height(handles, width)

@@ -97,9 +97,11 @@ def summary_figure(frame: RunFrame) -> Figure:
         bar = figure.colorbar(image, cax=style.add_axes(figure, left + side + 1.5 * style.MM, bottom, BAR, side * shape))
         style.few_ticks(bar.ax, y=5)
         axes.set_title(", ".join(filter(None, (scale.label, f"{body} body" if body else ""))))
-    for (quantity, curves), (right, lower) in zip(cuts, spots, strict=True):
+    for place, ((quantity, curves), (right, lower)) in enumerate(zip(cuts, spots, strict=True)):
         left, bottom = start + LABELS + right, height - top - lower - TITLE - CUT[1]
-        axes = style.add_axes(figure, left, bottom, width, CUT[1])
+        # The last of three takes the row that it would have half of.
+        alone = across if place % 2 == 0 and place + 1 == len(cuts) else 0.0
+        axes = style.add_axes(figure, left, bottom, width + alone, CUT[1])
         draw_diagram(axes, frame, quantity, curves)
         axes.set_title(frame.place_words(frame.cut_y))
         axes.set_xlabel(flow_label(frame))

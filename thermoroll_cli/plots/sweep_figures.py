@@ -89,7 +89,9 @@ def sweep_figure(
     if maps:
         diagrams = [(f"{label}, {words}" if words else label, {words: name})
                     for label, names in diagrams for words, name in names.items()]
-    rows = max(1, -(-len(diagrams) // 3))
+    # In two columns where the last of three would have one diagram alone.
+    most = 2 if len(diagrams) in (4, 7, 10) else 3
+    rows = max(1, -(-len(diagrams) // most))
     wide = max(1, -(-len(diagrams) // rows))
     figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], (44.0 * rows + 20.0) * style.MM)
     grid = figure.subplots(rows, wide, squeeze=False)
@@ -118,7 +120,7 @@ def sweep_figure(
                     colour = "0.2" if len(lines) > 1 else style.AFTER if body == UPPER_BODY else lines[0].colour
                     handles.append(Line2D([], [], color=colour, label=body, **look))
             handles += _draw_diagram(axes, x, good, [*names.values()], lines, theories)
-            axes.set_ylabel(label)
+            axes.set_ylabel(label if "$" in label else textwrap.fill(label, 28))
             _finish(axes, x, words, words_of(over[0]) if place + wide >= len(diagrams) else "")
             if words:
                 for line in axes.get_lines():

@@ -138,7 +138,7 @@ def _maps(
     panels = figure.subplots(1, len(shown), squeeze=False, width_ratios=widths)[0]
     # Labels across take more room than those along: at least so many mm from tick to tick.
     across, along = (MaxNLocator(max(4, int(per_mm * length / room)), steps=[1, 2, 5, 10]).tick_values(0.0, length)[1]
-                     for length, room in ((max(widths), 9.0), (height, 3.0)))
+                     for length, room in ((max(widths), 9.0), (height, 6.0)))
     for axes, title, (x, y, value, borders, place), box, middle in zip(panels, titles, shown, boxes, middles, strict=True):
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
         image = axes.imshow(value, norm=norm, cmap=colours.cmap, origin="lower",
