@@ -215,7 +215,7 @@ def test_several_sweeps_or_results_are_drawn_over_each_other(tmp_path: Path, mon
     columns = [read_table(path) for path in both]
     drawn = [list(line.get_ydata()) for line in pictures[0].axes[0].lines]
     assert drawn == [list(table["force_x_N"]) for table in columns] and drawn[0] != drawn[1]
-    assert [text.get_text() for text in pictures[0].legends[0].get_texts()] == ["case = dry", "case = wet"]
+    assert [text.get_text() for text in pictures[0].legends[0].get_texts()] == ["dry", "wet"]
     results = [tmp_path / name / "spheres_0001.h5" for name in ("dry", "wet")]
     assert call("plot", *results, "--over", "-o", tmp_path).returncode == 0
     assert [text.get_text() for text in pictures[1].legends[0].get_texts()] == ["dry", "wet"]

@@ -86,3 +86,19 @@ def test_a_sweep_has_a_column_for_each_limit(case: Path, tmp_path: Path) -> None
     done = call("sweep", case, *over, "--limit", "pressure_max_MPa<1200", "--json")
     assert done.returncode == 0
     assert [json.loads(line)["limits"][0]["met"] for line in done.stdout.splitlines()] == [True] * 3
+
+
+def test_the_worst_row_of_a_history_decides_in_a_run_and_in_a_sweep(case: Path, tmp_path: Path) -> None:
+    """Over a load of 40, 65 and 40 N the pressure is largest in the middle: Hertz's, without friction that acts back."""
+    case.write_text(MECHANICAL.replace("grid = 16", "grid = 12") + """[history]
+distance_mm = [0.0, 0.1, 0.2]
+steps = 4
+values = { "load.normal_N" = [40.0, 65.0, 40.0] }
+""")
+    swept = ("sweep", case, "--over", "creepage.longitudinal=0.001,0.002", "--no-plots", "-q", "-o", tmp_path / "out")
+    for limit, code in ((f"pressure_max_MPa<{HERTZ - 40.0}", 6), (f"pressure_max_MPa<{HERTZ + 40.0}", 0),
+                        (f"pressure_max_MPa>{HERTZ * (40.0 / 65.0) ** (1.0 / 3.0) - 40.0}", 0),
+                        (f"pressure_max_MPa>{HERTZ - 40.0}", 6)):
+        assert (done := call(*swept, "--limit", limit, "--resume")).returncode == code, limit
+        assert call("run", case, "--no-plots", "-q", "-o", tmp_path / "run", "--limit", limit).returncode == code
+    assert "NOT MET at spheres_0001 (76" in done.stderr

@@ -304,3 +304,31 @@ def test_dask_is_an_extra(case: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     assert done.returncode == 2
     assert "pip install 'thermoroll[dask]'" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_a_sweep_of_several_cases_is_the_sweeps_of_each_in_one_table(tmp_path: Path) -> None:
+    """To the last bit; begun with one case, the other is added with --resume. The picture has a curve of each."""
+    texts = {"dry": THERMAL, "wet": THERMAL.replace("coefficient = 0.3", "coefficient = 0.1")}
+    cases = [tmp_path / f"{name}.toml" for name in texts]
+    for path, text in zip(cases, texts.values(), strict=True):
+        path.write_text(text.replace("Two spheres", path.stem).replace("grid = 16", "grid = 8"))
+    over = ("--over", f"{KEY}=0.001:0.004:3", "-q")
+    for path in cases:
+        assert call("sweep", path, *over, "-o", tmp_path / path.stem, "--no-plots").returncode == 0
+    alone = [list(csv.reader((tmp_path / name / "sweep.csv").read_text().splitlines())) for name in texts]
+    assert call("sweep", cases[0], *over, "-o", tmp_path / "both", "--no-plots").returncode == 0
+    other = call("sweep", *cases, over[0], f"{KEY}=0.002,0.003", "-o", tmp_path / "both", "--no-plots")
+    assert other.returncode == 5 and "3 points of dry over creepage.longitudinal, 3 of" in " ".join(other.stderr.split())
+    done = call("sweep", *cases, *over, "-o", tmp_path / "both", "--resume", "--json", "--format", "svg", painted=True)
+    assert done.returncode == 0
+    table = list(csv.reader((tmp_path / "both" / "sweep.csv").read_text().splitlines()))
+    rows = [[name, *row] for name, (_, *own) in zip(texts, alone, strict=True) for row in own]
+    assert table == [["case", *alone[0][0]], *rows]
+    records = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [(one["name"], one["title"], one["over"]["case"]) for one in records] == [
+        (f"{name}_000{number}", name, name) for name in texts for number in (1, 2, 3)]
+    assert all(f">{name}<" in (tmp_path / "both" / "sweep.svg").read_text() for name in texts)
+    unlike = call("sweep", cases[0], Path(__file__).parents[2] / "cases" / "angular_contact.toml",
+                  "--over", "numerics.grid=8,12", "-o", tmp_path / "no")
+    assert unlike.returncode == 3 and "this is a ball bearing, and" in " ".join(unlike.stderr.split())
+    assert not (tmp_path / "no").exists()

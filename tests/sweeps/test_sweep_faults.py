@@ -26,7 +26,7 @@ from tests.support.sampling import sampled
 from tests.support.tasks import DeadlyTask, SlowDiskTask
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.one_contact.refinement.solve import ContactSolver
-from thermoroll_cli.studies.sweeps.points import Points, parse_axes
+from thermoroll_cli.studies.sweeps.points import Base, Points, parse_axes
 from thermoroll_cli.studies.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Batch, Pending
 from thermoroll_cli.tools import atomic
 from thermoroll_cli.tools.atomic import WriteError
@@ -350,7 +350,7 @@ def test_narrow_terminals_keep_the_words(case: Path, tmp_path: Path) -> None:
 
 
 def test_a_batch_is_solved_from_its_start_but_only_pending_points_are_kept() -> None:
-    points = Points(MECHANICAL, "case.toml", "case", parse_axes(["creepage.longitudinal=0.001:0.002:4"]))
+    points = Points((Base(MECHANICAL, "case.toml", "case"),), parse_axes(["creepage.longitudinal=0.001:0.002:4"]))
     whole = Batch(points, range(1, 5), tuple(Pending(n, str(n), f"{n}.h5") for n in range(1, 5)), "thermoroll sweep")
     part = whole.without(lambda key: key in ("1", "2", "4"))
     assert part is not None

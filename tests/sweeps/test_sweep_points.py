@@ -17,7 +17,7 @@ from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.one_contact.refinement.plan import leaves_out_deformation
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.studies.sweeps import table_picture
-from thermoroll_cli.studies.sweeps.points import LARGEST_BATCH, Axis, Points, key_of, parse_axes, read_points
+from thermoroll_cli.studies.sweeps.points import LARGEST_BATCH, Axis, Base, Points, key_of, parse_axes, read_points
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def case(tmp_path: Path) -> Path:
 
 
 def points_of(text: str, axes: tuple[Axis, ...]) -> list[Case]:
-    return list(Points(text, "case.toml", "case", axes).checked())
+    return list(Points((Base(text, "case.toml", "case"),), axes).checked())
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_what_is_no_axis(text: str, case: Path, tmp_path: Path) -> None:
 
 def test_the_last_axis_varies_fastest_and_names_follow_the_numbers() -> None:
     axes = parse_axes(["load.normal_N=10,20", "rolling.speed_m_s=1:3:3"])
-    points, cases = Points(THERMAL, "case.toml", "case", axes), points_of(THERMAL, axes)
+    points, cases = Points((Base(THERMAL, "case.toml", "case"),), axes), points_of(THERMAL, axes)
     values = [points.values(number) for number in range(1, 7)]
     assert values == [(10, 1), (10, 2), (10, 3), (20, 1), (20, 2), (20, 3)]
     assert [points.name(number) for number in range(1, 7)] == [f"case_{number:04d}" for number in range(1, 7)]
@@ -119,7 +119,7 @@ def test_pictures_do_not_make_another_case() -> None:
 def test_batches_are_small_neighbouring_and_never_cross_a_row(lengths: tuple[int, ...]) -> None:
     names = ("load.normal_N", "rolling.speed_m_s", "creepage.spin_rad_mm")
     axes = parse_axes([f"{name}={','.join(str(v + 1) for v in range(n))}" for name, n in zip(names, lengths, strict=False)])
-    points = Points(MECHANICAL, "case.toml", "case", axes)
+    points = Points((Base(MECHANICAL, "case.toml", "case"),), axes)
     parts = list(points.batches())
     assert [number for part in parts for number in part] == list(range(1, points.count + 1))
     assert max(map(len, parts)) <= LARGEST_BATCH
@@ -214,7 +214,7 @@ def test_words_are_swept_and_a_point_of_a_list_is_named(case: Path, tmp_path: Pa
 @pytest.mark.slow
 def test_a_sweep_leaves_out_deformation_at_all_points_or_at_none() -> None:
     """γ_c would jump by many times its error where one point leaves out what the next one computes."""
-    points = Points(THERMAL.replace("grid = 16", "grid = 32"), "case.toml", "case",
+    points = Points((Base(THERMAL.replace("grid = 16", "grid = 32"), "case.toml", "case"),),
                     (Axis("creepage.longitudinal", tuple(0.002 + 0.001 * i for i in range(5))),))
     alone = {leaves_out_deformation(point.problem) for point in points.checked()}
     assert alone == {True, False}
@@ -227,10 +227,10 @@ def test_a_sweep_leaves_out_deformation_at_all_points_or_at_none() -> None:
 
 
 def test_nothing_is_decided_for_sweeps_that_agree_or_say_so_themselves() -> None:
-    small = Points(THERMAL, "case.toml", "case", (Axis("creepage.longitudinal", (1e-4, 2e-4)),))
+    small = Points((Base(THERMAL, "case.toml", "case"),), (Axis("creepage.longitudinal", (1e-4, 2e-4)),))
     assert small.with_one_decision() is small
     assert {point.problem.heating.deformation for point in small.checked()} == {True}
-    swept = Points(THERMAL, "case.toml", "case", (Axis("thermal.deformation", (True, False, "always")),
+    swept = Points((Base(THERMAL, "case.toml", "case"),), (Axis("thermal.deformation", (True, False, "always")),
                                                   Axis("creepage.longitudinal", (1e-4, 1e-2))))
     assert swept.with_one_decision() is swept
     assert [point.problem.heating.deformation for point in swept.checked()][::2] == [True, False, "always"]
@@ -238,7 +238,29 @@ def test_nothing_is_decided_for_sweeps_that_agree_or_say_so_themselves() -> None
 
 def test_extremes_enclose_all_points() -> None:
     axes = Axis("a.x", (3, 1, 2)), Axis("a.y", ("p", "q")), Axis("a.z", (1.0,))
-    corners = {Points("", "", "", axes).values(number) for number in Points("", "", "", axes).extremes()}
+    corners = {Points((Base("", "", ""),), axes).values(number) for number in Points((Base("", "", ""),), axes).extremes()}
     assert corners == {(x, y, 1.0) for x in (1, 3) for y in ("p", "q")}
-    listed = Points("", "", "", (Axis("a.x", (3, 1, 2)), Axis("a.y", (0, 5, 7))), listed=True)
+    listed = Points((Base("", "", ""),), (Axis("a.x", (3, 1, 2)), Axis("a.y", (0, 5, 7))), listed=True)
     assert list(listed.extremes()) == [1, 2, 3]
+
+
+def test_points_of_several_cases_are_those_of_each_of_them() -> None:
+    """In one sweep, also of a list: names, values, batches, and the case into which the values are put."""
+    bases = [Base(MECHANICAL, "a.toml", "dry"), Base(MECHANICAL.replace("0.3\n", "0.1\n"), "b.toml", "wet")]
+    axes = (Axis("load.normal_N", (50, 60, 70)), Axis("#", ("x", "y", "z"), label=True))
+    for listed in (True, False):
+        both, alone = Points.of(bases, axes, listed=listed), Points.of(bases[:1], axes, listed=listed)
+        assert (both.count, both.per_case) == (2 * alone.count, alone.count)
+        for number in range(1, alone.count + 1):
+            first, second = both.over(number), both.over(alone.count + number)
+            assert first == {"case": "dry", **alone.over(number)} and second == {"case": "wet", **alone.over(number)}
+            assert [both.name(at) for at in (number, alone.count + number)] == [f"dry_{number:04d}", f"wet_{number:04d}"]
+            assert [both.case(at).problem.friction.coefficient for at in (number, alone.count + number)] == [0.3, 0.1]
+        shifted = [range(batch.start + alone.count, batch.stop + alone.count) for batch in alone.batches()]
+        assert [*both.batches()] == [*alone.batches(), *shifted]
+    with pytest.raises(ValueError, match="several cases are called dry"):
+        Points.of([bases[0], bases[0]], axes)
+    with pytest.raises(ValueError, match="a label cannot be called case"):
+        Points.of(bases, (*axes, Axis("case", (1, 2, 3), label=True)), listed=True)
+    with pytest.raises(ValueError, match="6 points are too many"):
+        Points.of(bases, axes[:1], most=5)

@@ -46,6 +46,13 @@ def test_full_sliding_wears_in_proportion_to_pressure() -> None:
     scalars, first = result.coupled.scalars, REFERENCE["twin_disc_upper_wears_kappa_1e-13"]["first"]
     assert scalars["wear_area_upper_um2"] * 1e-12 == pytest.approx(RATE * LOAD * CREEPAGE, rel=1e-5)
     assert scalars["wear_rate_upper_mm3_m"] == pytest.approx(RATE * LOAD * CREEPAGE * 1e9, rel=1e-5)
+    for body, radius, speed in (("upper", TWIN_DISC.geometry.upper_radius_x, 1.0 - 0.5 * CREEPAGE),
+                                ("lower", TWIN_DISC.geometry.lower_radius_x, 1.0 + 0.5 * CREEPAGE)):
+        rolled = 2.0 * math.pi * radius / speed
+        heat = TWIN_DISC.friction.coefficient * LOAD * CREEPAGE * rolled
+        assert scalars[f"heat_per_revolution_{body}_J"] == pytest.approx(heat, rel=1e-5)
+        worn = RATE * LOAD * CREEPAGE * rolled * 1e9 if body == "upper" else 0.0
+        assert scalars[f"wear_per_revolution_{body}_mm3"] == pytest.approx(worn, rel=1e-5)
     assert scalars["wear_depth_max_upper_nm"] * 1e-9 == pytest.approx(first["depth_per_pass_centre_m"], rel=2e-3)
     assert scalars["wear_area_lower_um2"] == 0.0
     hertz = result.of_problem

@@ -135,7 +135,7 @@ def _over(found: Mapping[str, Result | Columns], path: Path, dpi: float | None, 
         raise ValueError("takes several results of contacts, or several tables of sweeps or histories, of names of their own")
     if tables:
         merged = over_each_other(tables)
-        if why_not := draw_table(merged, path, dpi=dpi, x=x or merged.varied[0], only=only):
+        if why_not := draw_table(merged, path, dpi=dpi, x=x or merged.varied[1], only=only):
             raise ValueError(why_not)
         return path
     with style.applied():

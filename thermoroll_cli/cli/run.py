@@ -22,7 +22,7 @@ from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
 from thermoroll_cli.one_contact.refinement.plan import COARSEST
-from thermoroll_cli.problem.limits import Limit, not_there
+from thermoroll_cli.problem.limits import Limit, not_there, states_of
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
@@ -163,24 +163,17 @@ class Solved(Outcome):
 
     def __post_init__(self) -> None:
         self.name = self.stem = self.case.name
-        self.judged = [(limit, limit.judged(self._states())) for limit in self.limits]
+        self.judged = [(limit, limit.judged(states_of(self.result.summary()))) for limit in self.limits]
         doubts = [f"{one.limit.text}: the error of {one.limit.scalar} is not known, and counts as none"
                   for _, one in self.judged if one is not None and not one.known]
         self.reason, self.warnings = self.result.reason, (*self.result.warnings, *doubts)
-
-    def _states(self) -> list[Mapping[str, Any]]:
-        """The rows that limits are held against: of a history each of its own."""
-        row, history = row_of(self.result.summary()), self.result.history
-        if history is None:
-            return [row]
-        return [dict(zip(history, values, strict=True)) for values in zip(*history.values(), strict=True)]
 
     def held(self, code: ExitCode, *, loud: bool) -> ExitCode:
         """The exit code with that of the limits, `loud` also in words; a state that did not converge keeps its own."""
         if code is not ExitCode.FINE:
             return code
         if missing := [limit for limit, one in self.judged if one is None]:
-            streams.error(f"{self.name}: {not_there(missing[0], self._states()[-1])}")
+            streams.error(f"{self.name}: {not_there(missing[0], states_of(self.result.summary())[-1])}")
             return ExitCode.USAGE
         exceeded = [one for _, one in self.judged if one is not None and not one.met]
         for one in exceeded if loud else ():

@@ -22,7 +22,7 @@ from thermoroll_cli.problem.limits import Limit, not_there
 from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.studies.sweeps.measured import Measured
-from thermoroll_cli.studies.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, parse_axes, read_points
+from thermoroll_cli.studies.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Base, Points, parse_axes, read_points
 from thermoroll_cli.studies.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 from thermoroll_cli.studies.sweeps.table import Row, Rows, columns_of
 from thermoroll_cli.tools.runner import Workers
@@ -34,7 +34,7 @@ SHOWN_FAILURES = 5
 
 
 def sweep(
-    case: options.OneCase,
+    cases: options.Cases,
     over: Annotated[
         list[str] | None,
         typer.Option(
@@ -74,9 +74,10 @@ def sweep(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Solve a case for many values of some of its keys.
+    """Solve cases for many values of some of their keys.
 
-    Writes DIR/NAME_0001.h5, …, a table DIR/sweep.csv and a picture DIR/sweep.png of the scalars. All points are checked
+    Writes DIR/NAME_0001.h5, …, a table DIR/sweep.csv and a picture DIR/sweep.png of the scalars. Several cases are solved at
+    the same points; the first column, case, tells them apart, and the picture has a curve of each. All points are checked
     before the first is solved. A point that fails becomes a row with its reason, the sweep goes on, and the exit code is
     4. The results are the same whatever --jobs, --dask and --resume.
     """
@@ -89,40 +90,47 @@ def sweep(
         raise typer.BadParameter(f"no scalar is called {unknown}" + (f"; did you mean {near[0]}?" if near else ""),
                                  param_hint="--columns")
     axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
-    if over_x and over_x not in [axis.key for axis in axes if len(set(axis.values)) > 1]:
-        raise typer.BadParameter(f"{over_x} is not varied, but {', '.join(axis.key for axis in axes)}", param_hint="--x")
     with options.usage("--measured"):
         measured = None if data is None else Measured.read(data)
     options.check_cluster(dask, jobs)
     options.check_not_both(resume, force)
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
-    with options.recorded(case, as_json):
-        source = options.read_source(case)
-    points = Points(source.text, source.name, case_name(case), axes, tuple(overrides), listed is not None,
-                    "--points" if listed else "--over")  # fmt: skip
+    options.check_standard_input(cases)
+    bases = list[Base]()
+    for path in cases:
+        with options.recorded(path, as_json):
+            source = options.read_source(path)
+        bases.append(Base(source.text, source.name, case_name(path)))
+    with options.usage("CASE..."):
+        points = Points.of(bases, axes, overrides, listed=listed is not None, origin="--points" if listed else "--over",
+                           most=MOST_ROWS if scalars_only else MOST_POINTS)  # fmt: skip
+    if over_x and over_x not in [axis.key for axis in points.axes if len(set(axis.values)) > 1]:
+        raise typer.BadParameter(f"{over_x} is not varied, but {', '.join(axis.key for axis in points.axes)}", param_hint="--x")
     wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads, force,
                    kept)
     try:
-        with options.recorded(case, as_json):
+        with options.recorded(Path(", ".join(map(str, cases))), as_json):
             wanted.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
     except CaseError as cause:
         closing = f" of {len(cause.findings)}" if len(cause.findings) > 10 else ""
         raise typer.Exit(streams.report_invalid([CaseError(cause.findings[:10])], f"{closing}; nothing was computed")) from None
     options.check_writable(output)
-    first = points.case(1)
-    rows, failures = _solved(wanted, first.settings.title, as_json=as_json, quiet=quiet, verbose=verbose)
-    to = Ending(output, as_json, options.plots_of(first, plots, no_plots), formats, dpi, report, quiet)
-    asked = (*(first.settings.numerics.accuracy_of or ()), *(limit.scalar for limit in kept), *only)
-    found = Swept(case_name(case), wanted, rows, failures, first.settings.title, theories, measured, over_x, only, asked,
-                  as_json)
+    firsts = [points.case(number) for number in range(1, points.count + 1, points.per_case)]
+    rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
+    to = Ending(output, as_json, options.plots_of(firsts[0], plots, no_plots), formats, dpi, report, quiet)
+    asked = (*(name for first in firsts for name in first.settings.numerics.accuracy_of or ()),
+             *(limit.scalar for limit in kept), *only)  # fmt: skip
+    names = ", ".join(base.stem for base in bases)
+    found = Swept(names, wanted, rows, failures, wanted.title, theories, measured, over_x, only, asked, as_json)
     raise typer.Exit(found.held(deliver(found, to), loud=quiet or as_json))
 
 
 @dataclass
 class Swept(Outcome):
-    """All `rows` of a sweep over the case `name`, with the number of `failures` among them. The picture is drawn over `x`, of
-    `only` some scalars; what is `asked` for is printed first. With `as_json` rows and warnings have been printed."""
+    """All `rows` of a sweep over the case `name`, or over several, with the number of `failures` among them. The picture is
+    drawn over `x`, of `only` some scalars; what is `asked` for is printed first. With `as_json` rows and warnings have been
+    printed."""
 
     name: str
     sweep: Sweep
@@ -212,11 +220,12 @@ def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override
     return axes
 
 
-def _solved(sweep: Sweep, title: str, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
+def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
     """The rows of all points, reported as they are solved, and how many did not converge."""
     progress = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose)
     failures = printed = 0
     waiting: dict[int, Row] = {}
+    titles = sweep.titles
 
     def report(row: Row, solved: bool) -> None:
         nonlocal failures, printed
@@ -232,7 +241,8 @@ def _solved(sweep: Sweep, title: str, *, as_json: bool, quiet: bool, verbose: bo
             printed += 1
             row = waiting.pop(printed)
             limits = {"limits": [one.record() for one in row.judged if one is not None]} if row.limits else {}
-            streams.write_json({"name": row.name, "title": title, "over": row.over, **row.summary, **limits,
+            streams.write_json({"name": row.name, "title": titles[sweep.points.base(row.number).stem],
+                                "over": row.over, **row.summary, **limits,
                                 "files": [row.file] if row.file else []})
 
     with progress:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.kalker import THEORIES, CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
+from thermoroll_cli.problem.columns import CASE
 from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, ISOTHERMAL, UNCERTAINTY, UNITS, known_as, unit_end
 from thermoroll_cli.problem.scalar_errors import ANY_FORCES, FORCES, STEADY, finite, is_steady, worth_showing
 
@@ -388,6 +389,8 @@ def theory_forces(table: Numbers, theory: str) -> dict[str, Column]:
 
 def with_value(key: str, value: Any) -> str:
     """A case key with its value: `rolling.speed_m_s` and 5 become "rolling speed = 5 m/s"."""
+    if key == CASE:
+        return str(value)
     words, _, unit = words_of(key).partition(" (")
     if value == math.inf:
         return f"{words} = ∞"

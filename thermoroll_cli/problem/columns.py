@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import xarray
 
 CONVERGED = "converged"
+CASE = "case"
+"""The column that tells the states of several cases apart."""
 TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid", "file")
 """Columns of texts. `unbounded` names the scalars that have no limit at this point, where the contact reaches the end of a
 profile."""

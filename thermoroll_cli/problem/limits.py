@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT, UNCERTAINTY, known_as
-from thermoroll_cli.problem.scalar_errors import computed, with_error
+from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT, UNCERTAINTY, known_as, over_limit
+from thermoroll_cli.problem.scalar_errors import computed, row_of, with_error
 
 RELATIONS: dict[str, Callable[[float, float], bool]] = {
     "<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
@@ -80,6 +80,32 @@ class Judged:
     def record(self) -> dict[str, Any]:
         """In plain JSON types."""
         return {"limit": self.limit.text, "value": self.value if math.isfinite(self.value) else None, "met": self.met}
+
+
+def states_of(summary: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The rows that limits are held against: a `summary` (`Result.summary()`), over time each row of its history, with the
+    columns `OVER_LIMIT`."""
+    history = summary.get("history")
+    rows = [row_of(summary)] if history is None else [
+        dict(zip(history, values, strict=True)) for values in zip(*history.values(), strict=True)]
+    return [row | over_limit(row) for row in rows]
+
+
+def worst_of(states: Sequence[Mapping[str, Any]]) -> list[dict[str, float]]:
+    """At most four rows, made of those of `states`, that decide any limit as these do: each scalar where it, with its error, is
+    largest and where it is least, and each error where it is."""
+    most, least, unsure, sure = rows = [dict[str, float](), dict[str, float](), dict[str, float](), dict[str, float]()]
+    names = dict.fromkeys(name for row in states for name, value in row.items() if computed(value))
+    for name in (name for name in names if not name.startswith(UNCERTAINTY)):
+        known = [row for row in states if computed(row.get(name))]
+        margins = [error if computed(error := row.get(UNCERTAINTY + name)) else 0.0 for row in known]
+        for extreme, sign in ((most, 1.0), (least, -1.0)):
+            row = known[max(range(len(known)), key=lambda at: sign * known[at][name] + margins[at])]
+            extreme |= {each: row[each] for each in (name, UNCERTAINTY + name) if computed(row.get(each))}
+    for name in (name for name in names if name.startswith(UNCERTAINTY)):
+        errors = [row[name] for row in states if computed(row.get(name))]
+        unsure[name], sure[name] = max(errors), min(errors)
+    return [row for row in rows if row]
 
 
 def not_there(limit: Limit, row: Mapping[str, Any]) -> str:

@@ -28,6 +28,9 @@ Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "first
 Condition = bool | Callable[[Problem], bool]
 """Something that holds always, never, or for the problems for which the function is true."""
 
+PER_REVOLUTION = "_per_revolution_"
+"""What names of scalars of a disc that turns have in them."""
+
 
 def holds(condition: Condition, problem: Problem) -> bool:
     return condition(problem) if callable(condition) else condition
@@ -67,6 +70,8 @@ class Scalar:
     @property
     def together(self) -> Callable[[Iterable[float]], float] | None:
         """The value of all patches of an assembly from those of each; None if there is none."""
+        if PER_REVOLUTION in self.name:
+            return None
         if self.kind in ("integral", "exchanged heat", "worn", "area", "stick") and self.unit:
             return math.fsum
         if self.name.startswith("shakedown_factor"):
@@ -111,7 +116,7 @@ class Quantity:
 
 
 UNITS = {
-    "creepage_s": "", "_rad_s": "rad/s", "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm",
+    "creepage_s": "", "_rad_s": "rad/s", "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_mm3": "mm³", "_um2": "µm²", "_nm": "nm",
     "_W_mm": "W/mm", "_J_mm": "J/mm", "_mm2_m": "mm²/m",
     "_mrad_s": "mrad/s", "_um_GPa": "µm/GPa", "_MPa_um": "MPa/µm",
     "_mm_s": "mm/s", "_N_mm": "N/mm", "_km": "km", "_kg_m3": "kg/m³",
@@ -295,6 +300,10 @@ SCALARS = _named(
     *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True, kind="diffused",
               brief="depth worn off per passage"),
     *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled", kind="worn", brief="volume worn per distance"),
+    *_of_both(f"wear{PER_REVOLUTION}{{}}_mm3", "volume worn off in one revolution", listed=True, kind="worn",
+              brief="volume worn per revolution"),
+    *_of_both(f"heat{PER_REVOLUTION}{{}}_J", "frictional heat in one revolution", listed=True, kind="integral",
+              brief="frictional heat per revolution"),
     Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure",
            listed=lambda problem: problem.friction.law is not None or bool(problem.friction.across),
            brief="mean coefficient of sliding friction"),
@@ -518,7 +527,8 @@ def _of_length(name: str) -> str:
     it has none."""
     if name in ACROSS:
         return ""
-    ends = {"_area_mm2": "_width_mm", "_mm3_m": "_mm2_m", "_Nmm": "_N", "_N": "_N_mm", "_W": "_W_mm", "_J": "_J_mm"}
+    ends = {"_area_mm2": "_width_mm", "_mm3_m": "_mm2_m", "_mm3": "_mm2", "_Nmm": "_N", "_N": "_N_mm", "_W": "_W_mm",
+            "_J": "_J_mm"}
     end = next((end for end in ends if name.endswith(end)), "")
     return name.removesuffix(end) + ends.get(end, "")
 

@@ -19,6 +19,7 @@ from thermoroll_cli.physics.numerics.grid import Grid, between_sides, patches_ac
 from thermoroll_cli.physics.rolling.element_borders import stick_share
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.problem.contact import Contact, Traction
+from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.problem import BODIES, Heating, Problem, WornBody
 from thermoroll_cli.problem.result import State
@@ -221,6 +222,7 @@ def reported_state(discretisation: Discretisation, contact: Contact, *, heated: 
     scalars = dict.fromkeys(SCALARS, math.nan)
     scalars |= scalars_of(discretisation, contact, fields["stick_share"]) | _friction_scalars(discretisation, contact)
     scalars |= wear_scalars(problem, fields, grid.dx, grid.dy)
+    scalars |= revolution_scalars(problem, scalars)
     centre = at_centre(grid, normal.covered)
     scalars["pressure_centre_MPa"] = centre(normal.pressure) * 1e-6
     # At the end of a crown the pressure falls within an element, and single elements carry what belongs to their neighbours.
@@ -315,6 +317,22 @@ def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy
         scalars |= {f"wear_area_{body}_um2": area * 1e12, f"wear_depth_max_{body}_nm": peak_value(depth[None]) * 1e9,
                   f"wear_rate_{body}_mm3_m": area * 1e9}
     return scalars
+
+
+def revolution_scalars(problem: Problem, scalars: Mapping[str, float]) -> dict[str, float]:
+    """Worn volume (mm³) and frictional heat (J) of one revolution of each disc that wears or meets one that does: both per
+    distance rolled, times 2π|R|/(1 ± ξ_x/2), which is rolled while a surface of this speed over V goes round."""
+    if problem.wear is None or not isinstance(problem.geometry, Geometry):
+        return {}
+    found: dict[str, float] = {}
+    for body, sign in zip(BODIES, (1.0, -1.0), strict=True):
+        radius = abs(getattr(problem.geometry, f"{body}_radius_x"))
+        own_speed = abs(1.0 + 0.5 * sign * scalars["creepage_longitudinal"])
+        if math.isfinite(radius) and own_speed > 0.0:
+            rolled = 2.0 * math.pi * radius / own_speed
+            found |= {f"wear_per_revolution_{body}_mm3": scalars[f"wear_rate_{body}_mm3_m"] * rolled,
+                      f"heat_per_revolution_{body}_J": scalars["T_gamma_N"] * rolled}
+    return found
 
 
 def _hottest(rise: Array) -> float:

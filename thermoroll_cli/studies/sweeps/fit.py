@@ -35,7 +35,7 @@ from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import PER_LENGTH, PLACES, known_as, unit_of
 from thermoroll_cli.problem.scalar_errors import number, with_error
 from thermoroll_cli.studies.sweeps.measured import OVER_LOAD, Measured, at_place, scalar_in
-from thermoroll_cli.studies.sweeps.points import Axis, Points, key_of
+from thermoroll_cli.studies.sweeps.points import Axis, Base, Points, key_of
 from thermoroll_cli.studies.sweeps.sweep import summaries
 from thermoroll_cli.tools.arrays import Array, Mask
 from thermoroll_cli.tools.atomic import write_bytes
@@ -251,7 +251,8 @@ class _Model:
         keys = [*(free.key for free in self.free), *varied]
         different = list(dict.fromkeys(map(tuple, rows)))
         axes = tuple(Axis(key, column) for key, column in zip(keys, zip(*different, strict=True), strict=True))
-        points = Points(self.case.to_toml(), self.case.name, self.case.name, axes, self.settings, listed=True, origin="fit")
+        base = Base(self.case.to_toml(), self.case.name, self.case.name)
+        points = Points.of([base], axes, self.settings, listed=True, origin="fit")
         points = points.with_one_decision()
         # A vector is a batch, so that the values do not depend on who computes them.
         size = -(-len(different) // len(numbers))

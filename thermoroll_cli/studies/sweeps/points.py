@@ -16,7 +16,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source,
 from thermoroll_cli.files.csv_table import read_columns
 from thermoroll_cli.files.spellings import converted, in_own_units, meant
 from thermoroll_cli.one_contact.refinement.plan import leaves_out_deformation
-from thermoroll_cli.problem.columns import TEXTS
+from thermoroll_cli.problem.columns import CASE, TEXTS
 from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.tools.process import safe_point
@@ -84,11 +84,15 @@ def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...
     """The axes of a sweep. Raises ValueError: wrong form, the same key twice, more than `most` points."""
     axes = tuple(Axis.parse(text) for text in texts)
     _check_keys([axis.key for axis in axes])
-    count = math.prod(len(axis.values) for axis in axes)
+    check_count(math.prod(len(axis.values) for axis in axes), most)
+    return axes
+
+
+def check_count(count: int, most: int = MOST_POINTS) -> None:
+    """Raises ValueError where there are more than `most` points."""
     if count > most:
         hint = f", or {MOST_ROWS} with --scalars-only" if most < MOST_ROWS else ""
         raise ValueError(f"{count} points are too many: at most {most}{hint}")
-    return axes
 
 
 def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
@@ -180,22 +184,54 @@ def key_of(case: Case) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
 
 
-@dataclass(frozen=True)
-class Points:
-    """The points of a sweep, made one by one, so that a hundred thousand of them need not be held at once.
-
-    The values of `axes` are put into the case `text` (read from `source`) after `settings`. The last axis varies fastest;
-    with `listed` the axes are the columns of a list of points instead. Points are called `stem` and their number. Plain
-    enough to be sent to another process."""
+class Base(NamedTuple):
+    """The `text` of a case, read from `source`, into which values are put; its points are called `stem` and their number."""
 
     text: str
     source: str
     stem: str
+
+
+@dataclass(frozen=True)
+class Points:
+    """The points of a sweep, made one by one, so that a hundred thousand of them need not be held at once.
+
+    The values of `axes` are put into each of the `bases` after `settings`. The last axis varies fastest; with `listed` the axes
+    are the columns of a list of points instead. Plain enough to be sent to another process."""
+
+    bases: tuple[Base, ...]
     axes: tuple[Axis, ...]
     settings: tuple[Override, ...] = ()
     listed: bool = False
     origin: str = "--over"
     """Where the values were given, for messages."""
+
+    @classmethod
+    def of(cls, bases: Sequence[Base], axes: tuple[Axis, ...], settings: Sequence[Override] = (), *, listed: bool = False,
+           origin: str = "--over", most: int = MOST_POINTS) -> Points:  # fmt: skip
+        """Points of one case, or those of several, one case after the other, told apart by a first axis `CASE`. Raises
+        ValueError: cases that are called alike, a label that is called like that axis, more than `most` points."""
+        names = [base.stem for base in bases]
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            raise ValueError(f"several cases are called {twice}: they need names of their own")
+        if len(bases) > 1:
+            if any(axis.key == CASE for axis in axes):
+                raise ValueError(f"a label cannot be called {CASE} where there are several cases: that column names them")
+            each = len(axes[0].values) if listed else 1
+            axes = (Axis(CASE, tuple(name for name in names for _ in range(each)), label=True),
+                    *(replace(axis, values=axis.values * len(bases)) if listed else axis for axis in axes))
+        points = cls(tuple(bases), axes, tuple(settings), listed, origin)
+        check_count(points.count, most)
+        return points
+
+    @property
+    def per_case(self) -> int:
+        """How many points each of the cases has."""
+        return self.count // len(self.bases)
+
+    def base(self, number: int) -> Base:
+        """The case into which the values of the point `number` are put."""
+        return self.bases[(number - 1) // self.per_case]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -216,24 +252,25 @@ class Points:
         return {axis.key: value for axis, value in zip(self.axes, self.values(number), strict=True)}
 
     def name(self, number: int) -> str:
-        return f"{self.stem}_{number:0{max(4, len(str(self.count)))}d}"
+        return f"{self.base(number).stem}_{(number - 1) % self.per_case + 1:0{max(4, len(str(self.per_case)))}d}"
 
     def case(self, number: int) -> Case:
         """The case of the point `number`. Raises CaseError, which names `origin` where a swept value is wrong."""
         swept = [Override(axis.path, value, f"{axis.key}={_written(value)}", self.origin)
                  for axis, value in zip(self.axes, self.values(number), strict=True) if not axis.label]
-        return Case.from_source(_parsed(self.text, self.source).overridden([*self.settings, *swept]), self.source)
+        text, source, _ = self.base(number)
+        return Case.from_source(_parsed(text, source).overridden([*self.settings, *swept]), source)
 
     def checked(self) -> Iterator[Case]:
         """The cases of all points. Raises CaseError at the end, with the errors of all of them, each once."""
-        findings: dict[tuple[str, str, str], Finding] = {}
+        findings: dict[tuple[str, ...], Finding] = {}
         for number in range(1, self.count + 1):
             safe_point()
             try:
                 yield self.case(number)
             except CaseError as cause:
                 # A wrong key is wrong at every point.
-                new = ((f.key, f.message, f.value) for f in cause.findings)
+                new = ((f.key, f.message, f.value, f.source) for f in cause.findings)
                 findings |= {key: f for key, f in zip(new, cause.findings, strict=True) if key not in findings}
         if findings:
             raise CaseError(list(findings.values()))
@@ -269,8 +306,9 @@ class Points:
     def batches(self) -> Iterator[range]:
         """The numbers of the points of each batch: neighbours along the axis that varies fastest, at most
         `LARGEST_BATCH`. They depend on the swept values alone, so the results do not depend on who computes them."""
-        # Axes of one value do not vary.
-        row = next((length for length in reversed(self.shape) if length > 1), 1)
+        # Axes of one value do not vary; another case is no neighbour.
+        lengths = (self.per_case,) if self.listed else self.shape[len(self.bases) > 1 :]
+        row = next((length for length in reversed(lengths) if length > 1), 1)
         parts = -(-row // LARGEST_BATCH)
         ends = [row * part // parts for part in range(parts + 1)]
         for first in range(1, self.count + 1, row):

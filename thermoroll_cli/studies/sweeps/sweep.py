@@ -15,15 +15,16 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.case_errors import CaseError
+from thermoroll_cli.files.case_errors import CaseError, Finding
 from thermoroll_cli.files.result.labelled import image, save
 from thermoroll_cli.files.result.outcome import KIND, tree_of
 from thermoroll_cli.files.table_file import ENDS, SWEEP, history_files, tree_of_table, write_csv
-from thermoroll_cli.problem.kinds import Task
-from thermoroll_cli.problem.limits import Limit
+from thermoroll_cli.problem.columns import CASE
+from thermoroll_cli.problem.kinds import Kind, Task
+from thermoroll_cli.problem.limits import Limit, states_of, worst_of
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import Solver
-from thermoroll_cli.studies.sweeps.points import MOST_POINTS, Axis, Points, Value, key_of
+from thermoroll_cli.studies.sweeps.points import Axis, Base, Points, Value, key_of
 from thermoroll_cli.studies.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of
 from thermoroll_cli.tools.journal import Journal, Record, is_whole
 from thermoroll_cli.tools.process import safe_point
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     import pandas
 
 TABLE_NAME, ARRAYS_NAME, JOURNAL_NAME = "sweep.csv", "sweep.h5", "sweep.jsonl"
-JOURNAL_FORMAT = 4
+JOURNAL_FORMAT = 5
 FIELDS = ("key", "name", "over", "file", "solved", "summary")
 """What records have."""
 
@@ -89,7 +90,8 @@ class Batch:
             result = result.with_case(case.text, case.to_json())
             files = {one.file: image(tree_of(result), KIND, self.command_line),
                      **history_files(one.file.removesuffix(".h5"), result, self.command_line)} if one.file else {}
-            yield self._record(one, summary_of(result)), files
+            worst = {} if result.history is None else {"worst": worst_of(states_of(result.summary()))}
+            yield {**self._record(one, summary_of(result)), **worst}, files
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
         # The key comes first, so that a reader of the file finds it.
@@ -152,13 +154,19 @@ class Sweep:
     _keys: list[str] = field(default_factory=list)
 
     def check(self, note: Callable[[str], None] = lambda text: None) -> None:
-        """Check all points. Raises CaseError with the errors of all of them, each once."""
+        """Check all points. Raises CaseError with the errors of all of them, each once, or where cases are of unlike kinds,
+        which have no scalars in common."""
         if self.points.count > MANY:
             note(f"checking {self.points.count} points")
         self.points = self.points.with_one_decision()
-        self._keys = []
+        self._keys, kinds = [], dict[str, Kind]()
         for case in self.points.checked():
             self._keys.append(key_of(case))
+            kinds.setdefault(case.name, case.settings.kind)
+        (first, kind), *others = kinds.items()
+        if unlike := next(((name, other) for name, other in others if other is not kind), None):
+            raise CaseError([Finding(f"this is {unlike[1].words}, and {first} {kind.words}: sweep them one by one",
+                                     source=unlike[0])])  # fmt: skip
 
     def run(self, *, report: Callable[[Row, bool], None], note: Callable[[str], None]) -> Rows:
         """Solve the points, write a result file for each unless `scalars_only`, and the tables, and return the rows.
@@ -208,12 +216,27 @@ class Sweep:
         if not others:
             return ""
         last, count = journal[others[-1]], len(journal)
-        there = f"{count} point{'s' if count > 1 else ''} of {last['name'].rpartition('_')[0]} over {', '.join(last['over'])}"
-        here = f"{self.points.count} of {self.points.stem} over {', '.join(axis.key for axis in self.points.axes)}"
+        stems = dict.fromkeys(record["name"].rpartition("_")[0] for record in journal.values())
+        there = (f"{count} point{'s' if count > 1 else ''} of {' and '.join(stems)} over "
+                 f"{', '.join(key for key in last['over'] if key != CASE)}")
+        here = (f"{self.points.count} of {' and '.join(base.stem for base in self.points.bases)} over "
+                f"{', '.join(axis.key for axis in self.points.axes if axis.key != CASE)}")
         return f"{self.folder} has a sweep of {there}, {len(others)} of which are not among the {here} asked for now"
 
+    @property
+    def titles(self) -> dict[str, str]:
+        """Titles of the cases by their names."""
+        firsts = range(1, self.points.count + 1, self.points.per_case)
+        return {self.points.base(number).stem: self.points.case(number).settings.title for number in firsts}
+
+    @property
+    def title(self) -> str:
+        """That of the case, or of all cases if it is the same."""
+        titles = {*self.titles.values()}
+        return titles.pop() if len(titles) == 1 else ""
+
     def _write(self, rows: Rows) -> None:
-        table = columns_of(rows, self.points.case(1).settings.title)
+        table = columns_of(rows, self.title)
         write_csv(self.folder / TABLE_NAME, table)
         if self.scalars_only:
             settings = json.dumps([override.text for override in self.points.settings])
@@ -239,15 +262,15 @@ class Sweep:
 
     def _batches(self, finished: Collection[str], owners: Mapping[str, str]) -> Iterator[Batch]:
         """Batches with points that are still to be solved. A name that the record of another point has is not given again."""
-        taken, free, done = dict(owners), self.points.count, {*finished}
-        stem, _, digits = self.points.name(1).rpartition("_")
+        taken, free, done = dict(owners), self.points.per_case, {*finished}
         for numbers in self.points.batches():
             pending = []
             for number in numbers:
                 key = self._keys[number - 1]
                 if key in done:
                     continue
-                file = "" if self.scalars_only else f"{self.points.name(number)}.h5"
+                stem, _, digits = self.points.name(number).rpartition("_")
+                file = "" if self.scalars_only else f"{stem}_{digits}.h5"
                 while file and taken.get(file, key) != key:
                     free += 1
                     file = f"{stem}_{free:0{len(digits)}d}.h5"
@@ -262,8 +285,8 @@ class Sweep:
         if self.scalars_only:
             return
         names = {row.file.name for row in rows if row.file is not None}
-        numbered = (path for end in (".h5", ENDS[0])
-                    for path in self.folder.glob(f"{glob.escape(self.points.stem)}_[0-9][0-9][0-9][0-9]*{end}"))
+        numbered = (path for end in (".h5", ENDS[0]) for base in self.points.bases
+                    for path in self.folder.glob(f"{glob.escape(base.stem)}_[0-9][0-9][0-9][0-9]*{end}"))
         result_of = {path: f"{re.sub('(_history)?[.](h5|csv)$', '', path.name)}.h5" for path in numbered}
         unlisted = sorted(path for path, result in result_of.items() if result not in names)
         stale, others = ([path for path in unlisted if (result_of[path] in replaced) is own] for own in (True, False))
@@ -276,8 +299,11 @@ class Sweep:
                 note(f"{self.folder}: {len(files)} file{'s' if len(files) > 1 else ''} {what}: {which}")
 
 
+AnyCase = Case | Mapping[str, Any] | str | os.PathLike[str]
+
+
 def sweep(
-    case: Case | Mapping[str, Any] | str | os.PathLike[str],
+    case: AnyCase | Sequence[AnyCase],
     over: Mapping[str, Iterable[Value]] | Sequence[Mapping[str, Value]] | pandas.DataFrame,
     folder: str | os.PathLike[str] | None = None,
     *,
@@ -287,11 +313,12 @@ def sweep(
     force: bool = False,
     report: Callable[[dict[str, Any]], None] | None = None,
 ) -> SweepTable:
-    """Solve a case for many values of some of its keys, as `thermoroll sweep` does; neighbours start from each other.
+    """Solve one or several cases for many values of some of their keys, as `thermoroll sweep` does; neighbours start from each
+    other.
 
     Parameters:
 
-    - `case`: as of `solve`;
+    - `case`: as of `solve`, or a list of them, of which each is solved at all points; rows then have their names in `case`;
     - `over`: values by key, of which every combination is solved, the last key varying fastest
       (`{"rolling.speed_m_s": [1, 2, 5]}`, in the units of the keys); or a list of points, mappings from the same keys to values
       or the rows of a `DataFrame`;
@@ -307,10 +334,11 @@ def sweep(
     and `to_xarray()` have the numbers in flat columns.
 
     Raises CaseError, with the errors of all points, before anything is solved; ValueError for values that are no list, for the
-    same value or point twice, and for too many points; OSError if a file cannot be written, another sweep works in the folder
-    or has left other points in it, or there is no cluster; RuntimeError for a script without that line.
+    same value or point twice, for several cases of one name, and for too many points; OSError if a file cannot be written,
+    another sweep works in the folder or has left other points in it, or there is no cluster; RuntimeError for a script without
+    that line.
     """
-    case = Case.of(case)
+    cases = [Case.of(one) for one in (case if isinstance(case, Sequence) and not isinstance(case, str) else [case])]
     if jobs > 1:
         check_main_guard()
     if not isinstance(over, Mapping) and hasattr(over, "to_dict"):
@@ -328,9 +356,7 @@ def sweep(
     for axis in axes:
         if not axis.values or (not listed and len(set(axis.values)) < len(axis.values)):
             raise ValueError(f"{axis.key} has no values, or the same value more than once")
-    points = Points(case.to_toml(), case.name, case.name, axes, listed=listed, origin="sweep over")
-    if points.count > MOST_POINTS:
-        raise ValueError(f"{points.count} points are too many: at most {MOST_POINTS}")
+    points = Points.of([Base(one.to_toml(), one.name, one.name) for one in cases], axes, listed=listed, origin="sweep over")
     with contextlib.ExitStack() as stack:
         place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
         place.mkdir(parents=True, exist_ok=True)

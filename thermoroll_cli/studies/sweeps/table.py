@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Row:
     """The outcome of one point. `summary` has the shape of `Result.summary()` and the columns of `OVER_LIMIT`, with nan for
-    numbers that were not computed; `file` is the result file, if there is one."""
+    numbers that were not computed; `file` is the result file, if there is one. `worst` are the rows of a history that decide
+    whether it keeps its `limits` (`worst_of`)."""
 
     number: int
     name: str
@@ -35,11 +36,12 @@ class Row:
     summary: Mapping[str, Any]
     file: pathlib.Path | None
     limits: Sequence[Limit] = ()
+    worst: Sequence[Mapping[str, float]] = ()
 
     @cached_property
     def judged(self) -> list[Judged | None]:
         """The `limits` held against a point that converged."""
-        return [limit.judged([row_of(self.summary)]) if self.converged else None for limit in self.limits]
+        return [limit.judged(self.worst or [row_of(self.summary)]) if self.converged else None for limit in self.limits]
 
     @property
     def converged(self) -> bool:
@@ -108,7 +110,8 @@ class Rows:
         record = self.journal[self.keys[number - 1]]
         file = self.folder / record["file"] if record["file"] else None
         name = self.points.name(number) if file is None else file.stem
-        return Row(number, name, self.points.over(number), _whole(record["summary"]), file, self.limits)
+        return Row(number, name, self.points.over(number), _whole(record["summary"]), file, self.limits,
+                   record.get("worst", ()))
 
     @property
     def numbers(self) -> list[int]:
@@ -144,7 +147,9 @@ def columns_of(rows: Rows, title: str = "", *, every: bool = False) -> Columns:
     last = {name: columns.pop(name) for name in ("work.grid", "work.applications", "file")}
     # Those of an assembly and of its patches are not declared.
     ordered = {name: columns.pop(name) for name in declared if name in columns}
-    return Columns(ordered | columns | last, keys, ("point",) if points.listed else keys, title, points.text)
+    return Columns(ordered | columns | last, keys, ("point",) if points.listed else keys, title,
+                   points.bases[0].text if len(points.bases) == 1 else "\n".join(
+                       f"# {base.source}\n\n{base.text}" for base in points.bases))  # fmt: skip
 
 
 class SweepTable(list[dict[str, Any]]):

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import pathlib
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.fit_figures import mark_measured
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
-from thermoroll_cli.problem.columns import CONVERGED, Columns
+from thermoroll_cli.problem.columns import CASE, CONVERGED, Columns
 from thermoroll_cli.problem.names import known_as
 from thermoroll_cli.studies.sweeps.measured import Measured
 
-CASE = "case"
-"""The column that tells tables drawn together apart."""
 MOST_DRAWN = 20_000
 """Points of which a picture still shows something."""
 
@@ -23,12 +22,15 @@ def over_each_other(tables: Mapping[str, Columns]) -> Columns:
     """One table of several by the names of their cases, the column `CASE`, with the columns that all have. Raises ValueError
     where they were not varied over the same."""
     first, *others = tables.values()
-    if different := next((table for table in others if {*table.varied} != {*first.varied}), None):
+    if different := next((table for table in others if {*table.varied} - {CASE} != {*first.varied} - {CASE}), None):
         raise ValueError(f"one is over {', '.join(first.label)}, another over {', '.join(different.label)}")
     shared = [name for name in first if name != CASE and all(name in table for table in tables.values())]
-    columns = {name: [value for table in tables.values() for value in table[name]] for name in shared}
-    columns[CASE] = [name for name, table in tables.items() for _ in range(table.count)]
-    return Columns(columns, (*first.label, CASE), (*first.label, CASE))
+    columns: dict[str, list[Any]] = {CASE: [f"{name}: {table[CASE][row]}" if CASE in table else name
+                                            for name, table in tables.items() for row in range(table.count)]}
+    columns |= {name: [value for table in tables.values() for value in table[name]] for name in shared}
+    varied = (CASE, *(name for name in first.label if name != CASE))
+    one_by_one = any(table.of_history or table.over == ("point",) for table in tables.values())
+    return Columns(columns, varied, ("point",) if one_by_one else varied)
 
 
 def draw_table(
@@ -36,15 +38,16 @@ def draw_table(
     measured: Measured | None = None, x: str = "", only: Sequence[str] = (),
 ) -> str:
     """Draw the scalars over the column `x` of what was varied, or over the key with most numbers, or over words, a curve for
-    each combination of the others; those of a list over the number of the point where several keys vary, those of a history
-    over the distance rolled or over time. Of scalars that are named, `only` these are drawn. Returns why there is no picture,
-    or nothing.
+    each combination of the others, of which one is the case; those of a list over the number of the point where several keys
+    vary, those of a history over the distance rolled or over time. Of scalars that are named, `only` these are drawn. Returns
+    why there is no picture, or nothing.
 
     Creep forces stand beside those of the theories to `compare` with, `measured` points over all; `dpi` is the resolution of
     PNG files. Raises OSError, and ValueError for what cannot be compared, or drawn: measured over another key, or of no
     diagram; no column `x` that varies, or none of those to be drawn."""
-    columns = {**table, "point": list(range(1, table.count + 1))}
-    varying = [key for key in reversed(table.label) if len(set(columns[key])) > 1]
+    cases = [CASE] if CASE in table.label and len(set(table[CASE])) > 1 else []
+    columns = {**table, "point": _numbered(table[CASE] if cases else [""] * table.count)}
+    varying = [key for key in reversed(table.label) if key != CASE and len(set(columns[key])) > 1] or cases
     numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
     if not varying:
         return "a sweep of one point has no curve"
@@ -52,17 +55,19 @@ def draw_table(
         return f"more than {MOST_DRAWN} points"
     by_number = table.over == ("point",) and len(varying) > 1
     first = [max(numeric, key=lambda key: len(set(columns[key])))] if numeric else []
-    over = ["point"] if by_number else [*first, *(key for key in reversed(varying) if key not in first)]
+    over = ["point", *cases] if by_number else [*first, *(key for key in reversed(varying) if key not in first), *cases]
     if table.of_history:
         over = [table.place]
     if x:
         if x not in table.varied or len(set(columns[x])) < 2:
-            raise ValueError(f"{x} was not varied, but {', '.join(reversed(varying))}")
-        over = [x] if table.over == ("point",) or table.of_history else [x, *(key for key in reversed(varying) if key != x)]
+            raise ValueError(f"{x} was not varied, but {', '.join(dict.fromkeys([*cases, *reversed(varying)]))}")
+        others = [] if table.over == ("point",) or table.of_history else [*reversed(varying)]
+        over = [x, *(key for key in (*others, *cases) if key != x)]
+    over = [*dict.fromkeys(over)]
     if CONVERGED not in columns["status"]:
         return "no point converged"
     with style.applied():
-        if any(name.endswith(".y_rail_mm") for name in columns):
+        if any(name.endswith(".y_rail_mm") for name in columns) and len(over) == 1:
             style.save(wheelset_sweep_figure(columns, over[0], table.title), path, dpi)
             return ""
         figure = sweep_figure(columns, over, title=table.title, compare=compare, only=only)
@@ -76,3 +81,13 @@ def draw_table(
                 raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
         style.save(figure, path, dpi)
     return ""
+
+
+def _numbered(cases: Sequence[str]) -> list[int]:
+    """The number of each state, from 1 for each of the cases."""
+    counts = dict.fromkeys(cases, 0)
+    numbers = []
+    for case in cases:
+        counts[case] += 1
+        numbers.append(counts[case])
+    return numbers
