@@ -190,6 +190,7 @@ class _Level:
     pairs: dict[str, list[Pair]] = field(default_factory=dict)
     interpolated: float = 0.0
     _last: Moment | None = None
+    _row: Moment | None = None
     _work: int = 0
     _solved: bool = True
     _step: float = 0.0
@@ -197,13 +198,28 @@ class _Level:
     def add(self, moment: Moment) -> None:
         """The end of a step, which is a row where the course has one."""
         self._step = max(self._step, 0.0 if self._last is None else moment.distance - self._last.distance)
+        is_row = moment.place in self.history.course.rows
+        if is_row:
+            moment = self._row = self._with_means(moment)
         self._last, self._work, self._solved = moment, self._work + moment.applications, self._solved and moment.converged
-        if moment.place in self.history.course.rows:
+        if is_row:
             reported = _reported(moment)
             scalars = {**reported.scalars, **self._below(moment)}
             self.rows.append(ReportedMoment(moment.place, moment.time, moment.distance, scalars, self._work, self._solved,
                                  reported if moment.place in self.history.course.places_of_fields else None, self._step))
             self._work, self._solved, self._step = 0, True, 0.0
+
+    def _with_means(self, moment: Moment) -> Moment:
+        """A row whose powers, where nothing has rolled since the row before, are the means since then: those of single steps
+        would be other quantities with other steps, as where a shift turns back and all sticks for a while."""
+        before, reported = self._row, moment.reported
+        if before is None or before.time >= moment.time or before.distance != moment.distance:
+            return moment
+        power = (reported.scalars["heat_J"] - before.reported.scalars["heat_J"]) / (moment.time - before.time)
+        share, powers = self.history.problem.heating.partition, {"Q_F_W": power}
+        if share != "matched" and not math.isnan(reported.scalars["heat_into_lower_W"]):
+            powers |= {"heat_into_lower_W": share * power, "heat_into_upper_W": (1.0 - share) * power}
+        return replace(moment, reported=replace(reported, scalars={**reported.scalars, **powers}))
 
     def _below(self, moment: Moment) -> dict[str, float]:
         """The stresses below the surface of a row that keeps its fields; nan of the others."""
