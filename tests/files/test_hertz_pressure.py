@@ -63,6 +63,7 @@ def test_the_load_per_length_of_two_cylinders_is_that_of_hertz(tmp_path: Path) -
     ("[geometry]\nlower_radius_x_mm = 30.0\nlower_radius_y_mm = 30.0\nupper_radius_x_mm = 30.0\nupper_radius_y_mm = 30.0",
      "[geometry]\nlower_radius_x_mm = 30.0\nlower_radius_y_mm = inf\nupper_radius_x_mm = 30.0\nupper_radius_y_mm = inf\n"
      "conformal = true", "or a body that is curved across"),
+    ("lower_radius_y_mm = 30.0\n", "", "of a line contact whose load is a pressure, inf for both"),
     ("[geometry]", "relaxation = [[0.5, 1e-3]]\n[geometry]", "not of bodies with coatings, or that relax"),
 ])
 def test_what_has_no_hertz_pressure_is_refused(old: str, new: str, words: str, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
 from thermoroll_cli.files.case_history import HistoryTable, extremes
-from thermoroll_cli.files.case_line import LOAD
+from thermoroll_cli.files.case_line import LOAD, PRESSURE
 from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
 from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
@@ -124,7 +124,9 @@ class _Checker:
             key, profile, given = f"{body}_radius_y_mm", f"{body}_profile", self.content["geometry"]
             if not self._has(("geometry",), given, key, profile):
                 allowed = f"{allowed_values(('geometry', key))}; or a table [geometry.{profile}]"
-                self._note(("geometry", key), "is missing", allowed=allowed, at_key=True)
+                hint = f"of a line contact whose load is a pressure, inf for both; with {LOAD} they may be left out" if (
+                    self.source.get(key_path(PRESSURE)) is not None) else ""
+                self._note(("geometry", key), "is missing", allowed=allowed, hint=hint, at_key=True)
         self._conflicts()
         history = self.sections.get("history")
         varied = {} if history is None else history.values
