@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import xarray
 import thermoroll_cli
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call, environment
-from thermoroll_cli import Case, CaseError, Result, read_result, solve
+from thermoroll_cli import Case, CaseError, Result, read_result, solve, sweep
 from thermoroll_cli.studies.sweeps.points import MOST_POINTS
 
 MECHANICAL_CASE = Case.parse(MECHANICAL)
@@ -285,3 +286,14 @@ for most in (1000, 3):
     done = subprocess.run([sys.executable, "-c", threads], capture_output=True, text=True, check=False,
                           env=environment({"OPENBLAS_NUM_THREADS": "2", "PYTHONPATH": str(ROOT)}))
     assert done.returncode == 0, done.stderr
+
+
+def test_several_cases_in_one_sweep() -> None:
+    dry = Case.parse(MECHANICAL.replace("grid = 16", "grid = 8"), name="dry")
+    slippery = dry.with_values({"load.friction_coefficient": 0.1, "creepage.longitudinal": 0.05})
+    rows = sweep([dry, replace(slippery, name="wet")], {"load.normal_N": [50.0, 100.0]})
+    assert [(row["case"], row["load.normal_N"]) for row in rows] == [("dry", 50), ("dry", 100), ("wet", 50), ("wet", 100)]
+    table = rows.to_xarray()
+    assert table.force_x_N.sel(case="wet").values == pytest.approx([5.0, 10.0], rel=1e-4)
+    with pytest.raises(ValueError, match="several cases are called dry: they need names of their own"):
+        sweep([dry, slippery], {"load.normal_N": [50.0, 100.0]})

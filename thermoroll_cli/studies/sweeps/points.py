@@ -213,7 +213,8 @@ class Points:
         ValueError: cases that are called alike, a label that is called like that axis, more than `most` points."""
         names = [base.stem for base in bases]
         if twice := next((name for name in names if names.count(name) > 1), None):
-            raise ValueError(f"several cases are called {twice}: they need names of their own")
+            raise ValueError(f"several cases are called {twice}: they need names of their own (of files, or in Python by "
+                             f'dataclasses.replace(case, name="…"))')
         if len(bases) > 1:
             if any(axis.key == CASE for axis in axes):
                 raise ValueError(f"a label cannot be called {CASE} where there are several cases: that column names them")
