@@ -132,6 +132,20 @@ def test_one_rail_that_is_higher_rolls_the_wheelset() -> None:
         assert one["first_contact_height_mm"] == pytest.approx(smooth["first_contact_height_mm"] - 0.05, abs=2e-3)
 
 
+def test_a_rigid_wheel_rolls_over_the_edges_of_its_flat() -> None:
+    """A chord of the length L: the wheel lies lower by L²/8R on its middle, by L²/32R half-way, where an edge bears, and on
+    that edge not at all. An elastic one leans on the edge behind while the middle of the flat is still ahead."""
+    length, radius = 40.0, 460.0
+    one = {"wheels": "right", "roll_mrad": 0.0}
+    smooth = facts_over_time(Case.from_dict(wheelset(wheelset=one)).task)["first_contact_height_mm"]
+    for ahead, share in ((0.0, 1.0), (0.25 * length, 0.25), (0.5 * length, 0.0)):
+        flat = {"kind": "flat", "length_mm": length, "rounding_mm": 0.0, "start_mm": ahead}
+        there = facts_over_time(Case.from_dict(wheelset(wheelset=one | {"surface": flat})).task)["first_contact_height_mm"]
+        assert there - smooth == pytest.approx(share * length**2 / (8.0 * radius), abs=2e-3)
+    (patch,) = rolled(None, {"kind": "flat", "length_mm": 20.0, "start_mm": 8.0}).patches
+    assert -6.0 < patch.record["x_mm"] < -2.0  # type: ignore[union-attr]
+
+
 def test_what_a_case_says_of_surfaces_and_where_it_may_have_them(tmp_path: Path) -> None:
     wave = {"kind": "wave", "amplitude_um": 300.0, "wavelength_mm": 4.0}
     flat = {"kind": "flat", "length_mm": 30.0}

@@ -67,7 +67,7 @@ class RailSide(Side):
     them; none where friction is the same everywhere. `origin` is the place of y = z = 0 of the profile (y from the middle of
     the track to the field side, z down, m), in place of gauge and top. With a `roller` the rail is bent about its axle.
     With `slices` the profile is that below the axle, `along` the track (m) in their places, and of a `surface` with heights
-    upwards; what is known of first contact `lifts` the rail by their mean there (m)."""
+    upwards; by `lifts` (m) surfaces lift a wheel that touches them."""
 
     profile: Points
     cant: float

@@ -1,8 +1,9 @@
 """Surfaces with heights on rails and wheels: by how much they lift a wheel, and what they leave to its patches.
 
-Heights of a rail are upwards, those of a wheel along its radius: along normals they close the gap by their part cos α. Their
-mean over first contact lifts the rail, and what is left of them there closes the gap of each patch. Where the mean is taken
-changes nothing but what the search for patches begins with."""
+Heights of a rail are upwards, those of a wheel along its radius: along normals they close the gap by their part cos α. They
+lift the rail by what makes the wheel touch their highest place around first contact, and what they lack of that there closes
+the gap of each patch. A patch then has an approach above 0 wherever surfaces meet: an edge of a flat, a crest. How high the
+rail is lifted beyond that changes nothing but what the search for patches begins with."""
 
 from __future__ import annotations
 
@@ -17,8 +18,8 @@ from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.surface import Heights
 from thermoroll_cli.tools.arrays import Array
 
-DEEP = 1e-4
-"""Overlap (m) of a wheel and a rail of the length over which the mean is taken."""
+FARTHEST, ACROSS, CELLS = 0.04, 3e-3, (201, 7)
+"""Distances (m) from first contact along and across up to which the highest place is looked for, and how many cells."""
 
 Standing = dict[str, tuple[Heights, float, float]]
 """Surfaces of a "rail" and a "wheel", each with its place u (m) in the middle of a contact, and the y (m) of its outline."""
@@ -34,14 +35,18 @@ def standing(facing: Facing, x: float, on_rail: int, on_wheel: int) -> Standing:
 
 
 def lift(facing: Facing) -> float:
-    """Mean height (m) of the surfaces of rail and wheel over first contact."""
+    """By how much (m) the surfaces of rail and wheel lift the wheel: max(h − x²/2R) around first contact."""
     if facing.rail.surface is None and facing.wheel.surface is None:
         return 0.0
     k = int(np.argmin(facing.gap))
     on_rail, on_wheel = (round(outline.index[k]) for outline in facing.outlines)
-    around = math.sqrt(2.0 * facing.wheel.radius * DEEP) * np.array([-1.0, 1.0])
-    return sum(float(surface.over(u + around, y + around)[0, 0])
-               for surface, u, y in standing(facing, float(facing.ahead[k]), on_rail, on_wheel).values())
+    there = standing(facing, float(facing.ahead[k]), on_rail, on_wheel).values()
+    # Further away the wheel has risen by more than heights differ.
+    reach = min(math.sqrt(2.0 * facing.wheel.radius * sum(surface.texture.range for surface, *_ in there)), FARTHEST)
+    along, across = (np.linspace(-size, size, count + 1) for size, count in zip((reach, ACROSS), CELLS, strict=True))
+    heights = np.sum([surface.over(u + along, y + across) for surface, u, y in there], axis=0)
+    risen = (0.5 * (along[1:] + along[:-1])) ** 2 / (2.0 * facing.wheel.radius)
+    return float((heights - risen[:, None]).max())
 
 
 @dataclass(frozen=True)

@@ -67,8 +67,8 @@ class WheelsetProblem(Task):
         return next(iter(self.wheels.values())).turned
 
     def rolled(self, distance: float, angle: float) -> WheelsetProblem:
-        """The wheelset after a `distance` (m), with wheels that have turned by an `angle` (rad). The mean height of surfaces at
-        first contact lifts each wheel."""
+        """The wheelset after a `distance` (m), with wheels that have turned by an `angle` (rad), lifted by the surfaces that
+        stand there."""
         there = replace(self, rails={side: replace(rail, along=rail.along + distance) for side, rail in self.rails.items()},
                         wheels={side: replace(wheel, turned=wheel.turned + angle) for side, wheel in self.wheels.items()})
         return replace(there, rails={side: replace(rail, lifts=lift(there.facing(side))) for side, rail in there.rails.items()})
