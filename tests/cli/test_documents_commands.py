@@ -35,6 +35,7 @@ SMALLER = (
     (r"(run cases/angular_contact\.toml)", r"\1 --set bearing.control=outer"),
     (r"(run cases/rolling_start\.toml)", r"\1 --set history.steps=6"),
     (r"(run cases/dent\.toml)", r"\1 --set history.steps=4 --set numerics.grid=16"),
+    (r"((?:run|sweep) cases/(?:crossing|wheel_flat)\.toml)", rf"\1 --set numerics.grid={GRID}"),
     (r"((?:run|sweep) cases/corrugation\.toml)", r"\1 --set history.steps=4"),
     (r"load\.friction_coefficient=0\.2,0\.3,0\.4", "load.friction_coefficient=0.2,0.3"),
     (r"for v in 50 100 200", "for v in 50"),
@@ -47,7 +48,7 @@ SMALLER = (
 """What is replaced in the commands: more would only take longer."""
 WITH_TESTS = ("commands", "ci", "import", "measured_profiles", "record_over_time", "sweeps_and_tables")
 """Pages whose commands have a test of their own, which looks at what they write."""
-LONG = ("bearing", "polymers", "wheelset")
+LONG = ("bearing", "polymers", "track", "wheelset")
 """Other pages whose commands take seconds."""
 SCRIPTS = ("wheelset",)
 """Pages with scripts that begin from a result of a contact."""

@@ -92,6 +92,8 @@ def test_a_wheel_climbs_a_nose_ahead_of_its_axle() -> None:
     assert here["track_force_z_N"] == pytest.approx(2e4, rel=1e-4)
     assert patch.record["creepage_x"] == pytest.approx(1.002 - 1.0 / math.cos(angle), rel=0.02)
     assert here["power_balance_error"] < 2e-3
+    (number,) = here.plot("track").axes[0].texts
+    assert number.get_text() == "1" and number.xy == (patch.record["y_mm"], patch.record["x_mm"])
 
 
 def test_a_mirrored_track_mirrors_the_forces() -> None:

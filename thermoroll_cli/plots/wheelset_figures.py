@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import BoundaryNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from matplotlib.transforms import Affine2D
@@ -29,6 +29,10 @@ WINDOW = (56.0, -26.0, 40.0)
 """Half-width of a cross-section about the middle of the rail, and its highest and lowest z, in mm."""
 
 FROM_ABOVE = "seen from above"
+GAPS = (-0.1, 0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+"""Limits of the gaps (mm) that are told apart in a track from above."""
+FAR = 5.0
+"""Distance (mm) across of nearest places that follow each other along the track, from which on they are of other bodies."""
 
 
 def section_figure(result: Result) -> Figure:
@@ -92,6 +96,42 @@ def patches_figure(result: Result) -> Figure | None:
     """Pressure of all patches side by side on one scale, of a wheelset seen from above: x along travel upwards, y to the
     right along the surface. None without a patch."""
     return pressure_maps(result, FROM_ABOVE, _names(result))
+
+
+def track_figure(result: Result) -> Figure | None:
+    """The gap between rail and wheel around the axle, seen from above, with the contacts and the line on which the bodies are
+    nearest; None where they are the same all along."""
+    places = {float(name.split("_")[3]) for name in result.lines if name.startswith("top_")}
+    if not places:
+        return None
+    sides = [name.removeprefix("rail_") for name in result.lines if name.startswith("rail_")]
+    x = np.array(sorted(places))
+    figure = style.new_figure(style.DOUBLE if len(sides) > 1 else style.SINGLE, 1.35 * style.SINGLE)
+    for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
+        top, bottom = (np.array([1e3 * result.lines[f"{body}_{side}_at_{at:g}_mm"] for at in x]) for body in ("top", "bottom"))
+        y, gap = top[0, 0], top[:, 1] - bottom[:, 1]
+        image = axes.contourf(y, x, gap, levels=GAPS, cmap="cividis_r", extend="max",
+                              norm=BoundaryNorm(GAPS, 256, extend="max"))
+        lowest = np.where(np.isnan(gap), np.inf, gap)
+        nearest = y[lowest.argmin(axis=1)]
+        jumps = np.flatnonzero(np.abs(np.diff(nearest)) > FAR) + 1
+        axes.plot(np.insert(nearest, jumps, np.nan), np.insert(x, jumps, np.nan), color=style.AFTER, linewidth=1.0,
+                  linestyle=style.DASHED, label="least gap across")
+        for patch in (patch for patch in result.contacts if patch.record["side"] == side):
+            *_, borders, place = _cropped(patch, np.zeros(np.shape(patch.coupled.fields["pressure"])))
+            centre = patch.record["y_mm"], patch.record["x_mm"]
+            draw_borders(axes, borders, Affine2D(np.array(place.get_matrix())).translate(*centre))
+            axes.annotate(str(patch.record["number"]), centre, xytext=(9.0, 5.0), textcoords="offset points",
+                          bbox={"facecolor": "white", "linewidth": 0.0, "pad": 1.0})
+        axes.axhline(0.0, color="0.6", linewidth=0.6)
+        near = y[(lowest < GAPS[-1]).any(axis=0)]
+        axes.set(xlabel="y (mm)", title=f"{side} rail", aspect="equal", ylim=(x[0], x[-1]),
+                 xlim=(near.min() - 5.0, near.max() + 5.0) if len(near) else (y.min(), y.max()), facecolor="0.93")
+        figure.colorbar(image, ax=axes, label="gap (mm)", shrink=0.8)
+    figure.axes[0].set_ylabel("x along travel from the axle (mm)")
+    style.add_headline(figure, result.problem.title, result.converged, FROM_ABOVE)
+    style.add_legend(figure, figure.axes[0].get_legend_handles_labels()[0])
+    return figure
 
 
 def _names(result: Result) -> list[str]:

@@ -14,7 +14,7 @@ from thermoroll_cli.many_contacts.wheelset.one_wheel import BALANCED, STIFFENING
 from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import patches_of
 from thermoroll_cli.many_contacts.wheelset.solve_wheelset import FINE, ROUGH, Report, SolvedWheelset, SteadySolvers, balanced
-from thermoroll_cli.many_contacts.wheelset.varying import varying_patch
+from thermoroll_cli.many_contacts.wheelset.varying import VaryingFacing, varying_patch
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
 from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_kind, of_side
 from thermoroll_cli.problem.problem import BODIES
@@ -31,6 +31,8 @@ LARGEST_POWER_ERROR = 2e-3
 """Heat of all patches against the power that the rails take from the wheelset."""
 ROLLING = 1e-3
 """A wheelset with less heat than this share of friction limit times speed hardly slips: its heat is a small difference."""
+ABOVE = tuple((0.006 * np.arange(-10, 11)).tolist()), 5e-4
+"""Places (m) ahead of the axle, and the distance (m) of those across, at which a track that changes is kept."""
 WIDEST_PLANE = 0.3
 """Turn of the surface across a patch (rad) from which a plane is a doubtful model; the solver warns of curved patches."""
 
@@ -118,7 +120,8 @@ def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> I
 
 
 def _outlines(solved: SolvedWheelset) -> dict[str, Array]:
-    """Rails and wheels across the track, and the axles of rollers."""
+    """Rails and wheels across the track, the axles of rollers, and where bodies change along rolling the tops of rails and the
+    bottoms of wheels around the axle."""
     lines: dict[str, Array] = {}
     for side in solved.problem.sides:
         facing = solved.problem.facing(side, solved.standing.roll)
@@ -129,6 +132,13 @@ def _outlines(solved: SolvedWheelset) -> dict[str, Array]:
         locus = facing.locus[1:3]
         lines |= {f"rail_{side}": mirror * facing.rail.samples[:2],
                   f"wheel_{side}": mirror * np.where(np.isnan(locus), section[1:], locus)}
+        if isinstance(facing, VaryingFacing):
+            y = facing.outlines[0].y
+            across = np.arange(float(y[0]), float(y[-1]), ABOVE[1])
+            seen = facing.heights(np.array(ABOVE[0]), across)
+            for x, *heights in zip(ABOVE[0], seen.rail, seen.wheel, strict=True):
+                lines |= {f"{body}_{side}_at_{1e3 * x:g}_mm": mirror * np.stack((across, z))
+                          for body, z in zip(("top", "bottom"), heights, strict=True)}
         if roller := facing.rail.roller:
             across = facing.rail.samples[0]
             lines[f"axle_{side}"] = mirror * np.stack([across, np.full(len(across), roller.radius)])
