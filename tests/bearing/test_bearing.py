@@ -97,9 +97,10 @@ def iso(clearance: float, axial: float, radial: float, moment: float | None) -> 
 
 @pytest.mark.parametrize(("clearance", "axial", "radial", "moment", "expected"), [
     (0.0, 0.0, 1e3, None, {"radial_displacement_um": 15.110, "life_L10r_Mrev": 13163.0}),
-    (0.0, 1e3, 0.0, None, {"axial_displacement_um": 133.54, "life_L10r_Mrev": 2222.7}),
-    (10.0, 0.0, 1e3, None, {"radial_displacement_um": 21.223, "life_L10r_Mrev": 10795.8}),
-    (10.0, 1e3, 0.0, None, {"axial_displacement_um": 149.17, "life_L10r_Mrev": 3115.9}),
+    *(pytest.param(*row, marks=pytest.mark.slow) for row in (
+        (0.0, 1e3, 0.0, None, {"axial_displacement_um": 133.54, "life_L10r_Mrev": 2222.7}),
+        (10.0, 0.0, 1e3, None, {"radial_displacement_um": 21.223, "life_L10r_Mrev": 10795.8}),
+        (10.0, 1e3, 0.0, None, {"axial_displacement_um": 149.17, "life_L10r_Mrev": 3115.9}))),
     (10.0, 1e3, 1e3, 0.0, {"radial_displacement_um": 19.592, "axial_displacement_um": 146.46, "tilt_mrad": -2.687,
                            "life_L10r_Mrev": 1630.5}),
     (10.0, 1e3, 1e3, None, {"radial_displacement_um": 5.162, "axial_displacement_um": 148.515, "tilt_mrad": 0.0}),
@@ -275,6 +276,7 @@ def test_a_common_cage_under_thrust_is_a_free_one(thrust: Result) -> None:
     assert dict(common.scalars) == dict(thrust.scalars)
 
 
+@pytest.mark.slow
 def test_a_common_cage_has_one_speed_and_its_pockets_carry_nothing_together(combined: Result) -> None:
     common = solve(case(**COMBINED, bearing__cage="common"))
     assert combined.converged and common.converged, common.reason

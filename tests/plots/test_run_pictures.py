@@ -78,7 +78,7 @@ def with_fields(result: Result, **fields: Any) -> Result:
     ],
 )
 def test_stages_that_were_skipped_have_no_picture(options: dict[str, Any], missing: set[str]) -> None:
-    result = synthetic.result((24, 24), **options)
+    result = synthetic.result((12, 12), **options)
     assert [kind for kind in KINDS if figure(result, kind) is not None] == [name for name in ALL if name not in missing]
 
 

@@ -40,6 +40,15 @@ def test_modules_and_cases_that_are_named_exist(page: Path) -> None:
     assert not missing
 
 
+def test_tests_that_notice_faults_are_still_there() -> None:
+    """Whoever renames or removes one of them finds another that notices its fault, by `python -m scripts.faults`."""
+    page = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
+    named = re.findall(r"([\w/]+\.py) · (test_\w+)", page)
+    assert len(named) > 60
+    for file, test in named:
+        assert f"def {test}(" in (ROOT / "tests" / file).read_text(encoding="utf-8"), f"{file} · {test}"
+
+
 def test_the_flow_diagram_shows_every_package() -> None:
     page = (ROOT / "docs" / "developing.md").read_text(encoding="utf-8")
     (diagram,) = re.findall(r"^## The flow of one contact\n(.*?)^A state", page, re.DOTALL | re.MULTILINE)
