@@ -408,6 +408,22 @@ def test_a_deep_groove_bearing_has_free_balls() -> None:
     assert patches.axes[0].get_title() == f"inner ring, {result.contacts[0]['normal_N']:.4g} N"
 
 
+def test_a_ball_that_hardly_touches_has_any_angle() -> None:
+    """Balls 3 to 9 lie in the outer groove by 0.02 N; one that the inner ring touches with less stands at 98 degrees."""
+    content = case(bearing__ball_diameter_mm=8.0186, bearing__pitch_diameter_mm=46.712, bearing__balls=10,
+                   bearing__contact_angle_deg=31.8754, bearing__conformity_inner=0.50905, bearing__conformity_outer=0.55079,
+                   bearing__inner_rpm=649.2, bearing__load={"axial_N": 859.55, "radial_N": 1546.39},
+                   bearing__control="outer", load__friction_coefficient=0.08, numerics__grid=8)
+    content["material"] = {"lower": content["material"], "upper": {
+        "youngs_modulus_GPa": 315.0, "poisson_ratio": 0.26, "density_kg_m3": 3200.0}}
+    result = solve(content)
+    assert result.converged, result.reason
+    assert {each.record["ball"] for each in result.contacts} == {1, 2, 10}
+    carried = sum(each.record["normal_N"] * math.sin(math.radians(each.record["contact_angle_deg"]))
+                  for each in result.contacts if each.record["ring"] == "inner")
+    assert carried == pytest.approx(859.55, rel=3e-4)  # the other balls carry 0.1 N
+
+
 @pytest.mark.slow
 def test_friction_frees_a_ball_that_the_inner_ring_hardly_touches() -> None:
     """Balls go round faster where they are inclined less, and more slowly with an axis along that of the bearing."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.many_contacts.bearing.bearing_problem import RINGS, BearingProblem, RingName
-from thermoroll_cli.many_contacts.bearing.placement import Placement, place
+from thermoroll_cli.many_contacts.bearing.placement import LIGHT, Placement, place
 from thermoroll_cli.many_contacts.bearing.tractions import SolvedContact
 from thermoroll_cli.tools.arrays import Array
 
@@ -28,8 +28,6 @@ CONDITIONS = np.repeat([1.0, BALANCED / SETTLED], 4)
 FAST = 5.0
 """A contact slides fast at more than as many times the creepages at which it begins to slide all over: there only the ratios of
 its creepages count, and what follows are shares of them."""
-LIGHT = 1e-4
-"""Load of a ball over the largest of all below which it counts as free: it rolls as others carry it along."""
 ALIKE = 1e-9
 """Relative difference of loads and angles of balls that are solved as one."""
 DAMPINGS = np.logspace(-9.0, 3.0, 49)

@@ -24,6 +24,8 @@ SETTLED = 1e-11
 SINGULAR = 1e-10
 """Stiffness over the largest one that stands for none: that of balls that are free."""
 
+LIGHT = 1e-4
+"""Load of a ball over the largest of all below which it counts as free: it rolls as others carry it along."""
 STEEPEST = math.radians(89.0)
 """Largest contact angle of a ball that rolls."""
 NOTHING_PRESSED = "no ball touches both rings: more load, or a displacement beyond the play, presses them"
@@ -131,7 +133,7 @@ def place(
     if left > 1e-6 * max(largest, float(loads.max())):
         reason = (f"the balls do not hold the inner ring: {left / largest:.1e} of the largest force is left over; more balls, "
                   "or a ring that is held straight, without moment_Nm, hold it")
-    elif not (pressed := loaded.all(axis=1)).any():
+    elif not (pressed := (loads > LIGHT * loads.max()).all(axis=1)).any():
         reason = NOTHING_PRESSED
     elif (steep := float(np.abs(angles[pressed]).max())) > STEEPEST:
         reason = (f"the contact angle is {math.degrees(steep):.1f} degrees, where balls do not roll: more balls, radial load, "
