@@ -351,7 +351,7 @@ def _of_long_steps(rows: _Compared) -> Iterator[tuple[str, Array]]:
 
     def change(name: str, over: Array | float = 1.0) -> Array:
         changes = np.abs(np.diff(np.nan_to_num(rows[name]))) / over
-        return np.append(0.0, SAFETY * scipy.ndimage.maximum_filter1d(np.where(long, changes, 0.0), 3))
+        return np.append(0.0, SAFETY_LOCAL * scipy.ndimage.maximum_filter1d(np.where(long, changes, 0.0), 3))
 
     for name in (*OF_TRACTIONS, "stick_area_mm2"):
         if rows.named(name) in rows.columns:
