@@ -25,6 +25,7 @@ from scripts.stress import (
     outlines,
     profile_files,
     service,
+    tracks,
     wear,
     wheelsets,
 )
@@ -151,6 +152,7 @@ POPULATIONS = {
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "files of profiles": Population(profile_files.random_file, profile_files.check, 200),
     "damaged files of profiles": Population(profile_files.damaged_file, profile_files.check_damaged, 1000),
+    "tracks that change": Population(tracks.random_track, tracks.check, 40, limit=120.0),
     "odd outlines": Population(outlines.random_outline, outlines.check, 200, limit=120.0),
     "bearings": Population(bearings.random_bearing, bearings.check, 40, limit=300.0),
     "contacts over time": Population(courses.random_course, courses.check, 100, limit=120.0),

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scripts.stress.tracks import check, random_track
 from tests.support.command_line import call
 from thermoroll_cli import Case, CaseError, Result, conicity, solve, wear
 from thermoroll_cli.files.profile_file import read_slices
@@ -177,6 +178,12 @@ def test_a_rail_that_begins_under_the_wheel_bears_from_there_on() -> None:
     assert 0.5 < here["track_force_z_N"] / plain["track_force_z_N"] < 0.9
     element = float(np.abs(np.diff(ahead)).max())
     assert ahead[lines > 0.0].min() == pytest.approx(-1.0, abs=0.5 * element + 0.2)
+
+
+def test_a_patch_beside_the_end_of_a_rail_that_moves_aside_is_solved() -> None:
+    """On some lines next to it there is no rail all along. The load is carried within the errors of its rules."""
+    found = check(random_track(2))
+    assert found.converged and not found.broken, found
 
 
 SLCS = """% a nose

@@ -278,6 +278,9 @@ class VaryingPatch(PatchSurface):
         """`table` and `heights`."""
         s, *_ = super().table
         x, gap, place, least = self._lines(s, AROUND)
+        # A line on which a body is missing all along has its neighbour's; `heights` lack it.
+        there = np.isfinite(least)
+        place, least = (np.interp(s, s[there], values[there]) for values in (place, least))
         # As far as the bodies would overlap three times as deep.
         deep = max(self.overlap[0], SHALLOW)
         reached = np.abs(x - place)[gap < np.minimum(least + 2.0 * deep, 2.0 * deep)]
