@@ -328,6 +328,10 @@ def test_a_sweep_of_several_cases_is_the_sweeps_of_each_in_one_table(tmp_path: P
     assert [(one["name"], one["title"], one["over"]["case"]) for one in records] == [
         (f"{name}_000{number}", name, name) for name in texts for number in (1, 2, 3)]
     assert all(f">{name}<" in (tmp_path / "both" / "sweep.svg").read_text() for name in texts)
+    over_time = tmp_path / "over_time.toml"
+    over_time.write_text(cases[0].read_text() + "[history]\ndistance_mm = [0.0, 0.1]\nsteps = 2\n")
+    unlike = call("sweep", cases[0], over_time, *over, "-o", tmp_path / "no")
+    assert unlike.returncode == 3 and "this is a single contact over time, and" in " ".join(unlike.stderr.split())
     unlike = call("sweep", cases[0], Path(__file__).parents[2] / "cases" / "angular_contact.toml",
                   "--over", "numerics.grid=8,12", "-o", tmp_path / "no")
     assert unlike.returncode == 3 and "this is a ball bearing, and" in " ".join(unlike.stderr.split())

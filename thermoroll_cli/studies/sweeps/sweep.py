@@ -165,8 +165,8 @@ class Sweep:
             kinds.setdefault(case.name, case.settings.kind)
         (first, kind), *others = kinds.items()
         if unlike := next(((name, other) for name, other in others if other is not kind), None):
-            raise CaseError([Finding(f"this is {unlike[1].words}, and {first} {kind.words}: sweep them one by one",
-                                     source=unlike[0])])  # fmt: skip
+            this, that = (one.words + ("" if one.base else " over time") for one in (unlike[1], kind))
+            raise CaseError([Finding(f"this is {this}, and {first} {that}: sweep them one by one", source=unlike[0])])
 
     def run(self, *, report: Callable[[Row, bool], None], note: Callable[[str], None]) -> Rows:
         """Solve the points, write a result file for each unless `scalars_only`, and the tables, and return the rows.
