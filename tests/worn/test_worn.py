@@ -224,6 +224,17 @@ def test_errors_cover_finer_steps_and_grids() -> None:
     assert abs(coarse.worn_area("upper") - fine.worn_area("upper")) <= area_error < 1e-3 * fine.worn_area("upper")
 
 
+@pytest.mark.parametrize(("asked", "has"), [(3.0, 3.0), (1.5, 2.1)])
+def test_a_worn_contact_has_the_domain_that_is_asked_for(asked: float, has: float) -> None:
+    """Along rolling exactly, across it in whole rows, and no smaller than a contact needs, which is said."""
+    first = next(iter(evolution(replace(TWIN_DISC, numerics=Numerics(grid=(16, 16), extent=asked)))))
+    result, scales = first.result, DerivedQuantities(TWIN_DISC).scales
+    assert result is not None and result.converged
+    assert 16 * (result.x[1] - result.x[0]) == pytest.approx(has * scales.semi_axis_x, rel=1e-6)
+    assert has * (1.0 - 1e-6) <= len(result.y) * (result.y[1] - result.y[0]) / scales.semi_axis_y < has * (1.0 + 2.0 / 16.0)
+    assert any("smaller than the contact: grown to 2.1" in warning for warning in result.warnings) == (asked < has)
+
+
 USFD = ((10.4, 5.3), (78.09, 55.0 / 78.09), (200.0, (61.9 * 200.0 - 4778.7) / 200.0))
 """USFD's wear function as a table: T_γ/A in N/mm², and µg/(m mm²) over it."""
 
