@@ -310,7 +310,8 @@ class BearingSearch:
             self.rounds += 1
             if not any(ball.loaded for ball in self.now.balls):
                 return NOTHING_PRESSED
-            if not together:  # as long as they get closer together: one ball alone moves the others apart again
+            alone = not together
+            if alone:  # else all get closer together: one ball alone moves the others apart again
                 self._round(contact, tolerance, left)
             if self.now.placement.reason:
                 return self.now.placement.reason
@@ -329,7 +330,7 @@ class BearingSearch:
             self.report("bearing", {"iteration": self.rounds, "residual": left})
             if left <= tolerance and unbalanced <= tolerance and all(ball.contacts for ball in self.now.balls if ball.loaded):
                 return ""
-            idle = idle + 1 if left > SLOW * before and unbalanced <= tolerance else 0
+            idle = idle + alone if left > SLOW * before and unbalanced <= tolerance else 0
             if idle == MOST_IDLE or self.solves >= self.most_solves:
                 break
         if left <= CONTAINED and unbalanced <= tolerance and all(ball.contacts for ball in self.now.balls if ball.loaded):
