@@ -28,6 +28,8 @@ def random_track(seed: int) -> dict[str, Any]:
     wheelset = {"wheels": wheels, "nominal_radius_mm": RADIUS, "flange_back_mm": -70.0, "flange_back_distance_mm": 1360.0,
                 "vertical_N": float(rng.uniform(2e4, 1e5)) * len(sides), "position_mm": float(rng.uniform(-40.0, 40.0)),
                 "rotation_deg": float(rng.uniform(-6.0, 6.0)), "lateral_shift_mm": float(rng.uniform(-3.0, 3.0)), **own}
+    if not any("sections" in each["wheel_profile"] for each in own.values()):
+        del wheelset["rotation_deg"]
     if wheels != "both":
         wheelset["roll_mrad"] = float(rng.uniform(-1.0, 1.0))
     if rng.random() < 0.5:
