@@ -315,7 +315,7 @@ def test_a_wheelset_shows_itself_in_a_notebook():
     (legend,) = result.plot().legends
     assert [text.get_text() for text in legend.get_texts()] == ["rail", "wheel", "largest pressure"]
     assert len(result.plot("patches").axes) == 2
-    with pytest.raises(ValueError, match="'sections' is none of section, patches"):
+    with pytest.raises(ValueError, match="'sections' is none of section, track, patches"):
         result.plot("sections")
 
 

@@ -15,7 +15,7 @@ from thermoroll_cli.cli import streams
 
 COMMANDS = {
     "run": ("run", "Solve cases, write results and pictures."),
-    "sweep": ("sweep_command", "Solve a case for many values of some of its keys."),
+    "sweep": ("sweep_command", "Solve cases for many values of some of their keys."),
     "fit": ("fit", "Find values of a case from measurements."),
     "wear": ("wear", "Follow the profiles of both bodies as they wear."),
     "conicity": ("conicity", "Equivalent conicity after EN 15302 of the wheelset of a case."),

@@ -1,4 +1,4 @@
-"""`thermoroll sweep`: solve a case for many values of some of its keys."""
+"""`thermoroll sweep`: solve cases for many values of some of their keys."""
 
 from __future__ import annotations
 

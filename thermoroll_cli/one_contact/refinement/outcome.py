@@ -83,9 +83,9 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
 def rounded(name: str, derived: DerivedQuantities, scalars: Mapping[str, float]) -> float:
     """By how much the rounding of profiles may change the scalar of this name, over its `error_scale`: the largest pressure and
     traction, and stresses below the surface at the depths that `scalars` have; 0 of all others."""
-    scalar, scales = ALL_SCALARS[name], derived.scales
-    below = scalar.scale == "stress below"
-    if not (below or scalar.kind in ("peak pressure", "peak")):
+    scalar, scales = ALL_SCALARS.get(name), derived.scales
+    below = scalar is not None and scalar.scale == "stress below"
+    if scalar is None or not (below or scalar.kind in ("peak pressure", "peak")):
         return 0.0
     depth = 1e-3 * scalars.get(name.replace("_max_", "_depth_").replace("_MPa", "_mm"), 0.0) if below else 0.0
     roundings = derived.problem.geometry.roundings(scales.centre, scales.semi_axis_y)

@@ -270,8 +270,8 @@ class Points:
             try:
                 yield self.case(number)
             except CaseError as cause:
-                # A wrong key is wrong at every point.
-                new = ((f.key, f.message, f.value, f.source) for f in cause.findings)
+                # A wrong key is wrong at every point of its case.
+                new = ((f.key, f.message, f.value, self.base(number).stem) for f in cause.findings)
                 findings |= {key: f for key, f in zip(new, cause.findings, strict=True) if key not in findings}
         if findings:
             raise CaseError(list(findings.values()))
