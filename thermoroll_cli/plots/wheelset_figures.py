@@ -106,7 +106,8 @@ def track_figure(result: Result) -> Figure | None:
         return None
     sides = [name.removeprefix("rail_") for name in result.lines if name.startswith("rail_")]
     x = np.array(sorted(places))
-    figure = style.new_figure(style.DOUBLE if len(sides) > 1 else style.SINGLE, 1.35 * style.SINGLE)
+    figure = style.new_figure(style.DOUBLE if len(sides) > 1 else style.SINGLE, 1.2 * style.SINGLE)
+    figure.set_layout_engine("compressed")
     for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
         top, bottom = (np.array([1e3 * result.lines[f"{body}_{side}_at_{at:g}_mm"] for at in x]) for body in ("top", "bottom"))
         y, gap = top[0, 0], top[:, 1] - bottom[:, 1]
@@ -127,7 +128,7 @@ def track_figure(result: Result) -> Figure | None:
         near = y[(lowest < GAPS[-1]).any(axis=0)]
         axes.set(xlabel="y (mm)", title=f"{side} rail", aspect="equal", ylim=(x[0], x[-1]),
                  xlim=(near.min() - 5.0, near.max() + 5.0) if len(near) else (y.min(), y.max()), facecolor="0.93")
-        figure.colorbar(image, ax=axes, label="gap (mm)", shrink=0.8)
+        figure.colorbar(image, ax=axes, label="gap (mm)")
     figure.axes[0].set_ylabel("x along travel from the axle (mm)")
     style.add_headline(figure, result.problem.title, result.converged, FROM_ABOVE)
     style.add_legend(figure, figure.axes[0].get_legend_handles_labels()[0])
@@ -168,9 +169,10 @@ def _maps(
     boxes = [(y[0], y[-1], x[0], x[-1]) for x, y, *_ in shown]
     widths, middles = [right - left for left, right, _, _ in boxes], [0.5 * (low + high) for *_, low, high in boxes]
     height = max(high - low for *_, low, high in boxes)
-    page = style.DOUBLE if len(shown) > 1 or widths[0] > 1.4 * height else style.SINGLE
-    beside = 24.0 + 14.0 * len(shown)
-    per_mm = min((page / style.MM - beside) / sum(widths), 75.0 / height, 8.0)
+    beside, largest = 24.0 + 14.0 * len(shown), min(75.0 / height, 8.0)
+    narrow = widths[0] <= 1.4 * height if len(shown) == 1 else largest * sum(widths) + beside <= style.SINGLE / style.MM
+    page = style.SINGLE if narrow else style.DOUBLE
+    per_mm = min((page / style.MM - beside) / sum(widths), largest)
     figure = style.new_figure(page, (per_mm * height + 30.0) * style.MM)
     figure.set_layout_engine("compressed")
     norm = Normalize(lowest, max(float(np.nanmax(value)) for value in values))
