@@ -266,7 +266,6 @@ def test_the_time_of_pictures_is_part_of_the_estimate(case: Path) -> None:
     assert "s of them for pictures" in call("show", case).stdout
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="needs the kernel's count of memory")
 def test_the_memory_is_that_of_the_process_and_a_bound_says_so(case: Path, tmp_path: Path) -> None:
     """Within a quarter of what the kernel counts for a run of its own."""

@@ -278,7 +278,7 @@ def test_pictures_show_the_surfaces_and_what_has_no_limit(tmp_path):
     """Of a run and of its result file; an arc that ends beside its top is marked in the table, the file and the pictures."""
     cut = "points_mm = [[-0.02, 0.0], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]\n"
     (tmp_path / "cut.toml").write_text(case(cut))
-    done = call("run", tmp_path / "cut.toml", "-o", tmp_path)
+    done = call("run", tmp_path / "cut.toml", "-o", tmp_path, painted=True)
     assert done.returncode == 0, done.stderr
     assert "contact area / cold area" in done.stdout and "Hertz" not in done.stdout
     assert "no limit" in done.stdout and "no upper bound" in " ".join((done.stdout + done.stderr).split())

@@ -128,7 +128,8 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     data = noisy_curve(0.01)
     text = write(tmp_path / "curve.csv", data, ";").read_text().replace(".", ",").replace("creepage,", "creepage.")
     (tmp_path / "curve.csv").write_text("\ufeff" + text, encoding="utf-8")  # as a spreadsheet writes it
-    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "-o", "out", "--json")
+    done = invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0], "-o", "out", "--json", "--format", "png",
+                  "--format", "svg", painted=True)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert set(record) == {"name", "status", "reason", "parameters", "correlation", "rms", "points", "degrees_of_freedom",
@@ -138,6 +139,7 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     assert json.loads(Path("out/rig_fit.json").read_text())["parameters"] == record["parameters"]
     assert Case.read("out/rig_fit.toml").settings.load.friction_coefficient == pytest.approx(value, rel=1e-4)
     assert Path("out/rig_fit.png").read_bytes().startswith(b"\x89PNG")
+    assert "<text" in Path("out/rig_fit.svg").read_text(encoding="utf-8")  # and not the outlines of its letters
     kept = Path("out/rig_fit.json").read_bytes()
     more = ("fit", "rig.toml", "curve.csv", "--free", "layer.compliance_um_GPa=0.5:50", "-o", "out", "--no-plots")
     lost = invoke(*more)

@@ -9,6 +9,7 @@ import multiprocessing
 import os
 import random
 import resource
+import shutil
 import subprocess
 import threading
 import time
@@ -338,6 +339,8 @@ def test_a_bar_with_the_time_left_on_terminals(case: Path, tmp_path: Path) -> No
     shown = on_terminal(["sweep", case.name, *many], tmp_path, COLUMNS="120")
     assert "0/6 points" in shown and "\x1b[2K" in shown
     assert "6/6 points" in shown and "\u2501" in shown
+    shutil.rmtree(tmp_path / "results")
+    assert on_terminal(["sweep", case.name, *OVER, "-q"], tmp_path) == ""
 
 
 @pytest.mark.slow
