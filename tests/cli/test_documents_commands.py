@@ -254,6 +254,8 @@ def test_a_record_over_time(place: Path) -> None:
 def test_sweeps_and_tables(place: Path) -> None:
     (measured,) = blocks("sweeps_and_tables", "text")
     (place / "curve.csv").write_text(measured, encoding="utf-8")
+    for name in ("dry.toml", "wet.toml"):
+        shutil.copy(ROOT / "cases" / "wheel_rail.toml", place / name)
     for block in blocks("sweeps_and_tables", "sh"):
         run(smaller(block), place)
     assert (place / "loads" / "sweep.csv").read_text().count("\n") == 1 + 3 * 2

@@ -61,7 +61,7 @@ def test_an_accuracy_that_was_missed_is_kept() -> None:
     geometry = Geometry(0.05, 0.012, 0.05, 0.012)
     problem = rolling(geometry=geometry, body=steel, load=500.0, friction=0.05, creepage=(0.00157194, 0.00094316), speed=30.0,
                       heating=MECHANICAL)
-    result = solve(replace(problem, numerics=Numerics(accuracy=1e-3)))
+    result = solve(replace(problem, numerics=Numerics(accuracy=1e-3, accuracy_of=("all",))))
     fine = solve(replace(problem, numerics=Numerics((256, 256))))
     assert result.converged, result.reason
     for name in ("gamma_st", "Q_F_W"):

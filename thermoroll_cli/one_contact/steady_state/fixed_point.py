@@ -89,11 +89,11 @@ class Convergence(NamedTuple):
 
 FIRST_DAMPING = 0.7
 """Share of the first change of heat that is applied if nothing is learnt: bulge and pressure overshoot."""
-HEAT = Convergence(first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=40, recent=30, gain=0.5)
+HEAT = Convergence(first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=28, recent=20, gain=0.5)
 """Heat may move the surfaces by half of the approach. Mixing needs iterations solved more accurately than they change: with a
 first residual of 1 the exact case at 11.28 W needs 276 transforms, with 0.1 it needs 173. Heat is proportional to the
-tractions, so their residual must be well below the change in an iteration. Close to the thermo-elastic limit two dozen
-iterations may pass without any gain."""
+tractions, so their residual must be well below the change in an iteration. Close to the thermo-elastic limit a dozen and
+more iterations may pass without any gain; those that go on for longer lose contacts that shrink to a tenth."""
 SHEAR = Convergence(first_residual=2e-4, tangential_share=2.0, possibly_last=6, patience=16, recent=6, gain=0.7)
 """Shear between dissimilar bodies usually moves the surfaces by a few per cent of the approach: each iteration gains a factor
 of ten or more, and its tractions are needed to a few per cent. With a coefficient of friction above one it gains a third, and
