@@ -25,7 +25,7 @@ from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
 from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
-from thermoroll_cli.files.case_surface import SurfaceTable, reading_of
+from thermoroll_cli.files.case_surface import SurfaceTable, body_at, reading_of
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.case_wheelset import OutlineTable, SliceTable
 from thermoroll_cli.files.column_files import FromFile, read_history, read_positions, read_series
@@ -71,7 +71,8 @@ SOURCES = (
            "a CSV file with the columns distance_mm or time_s and keys that change, names in its first line"),
 )  # fmt: skip
 
-OF_A_FILE = ("unit", "height_unit", "side")
+READ_BY = ("side",)
+OF_A_FILE = ("unit", "height_unit", *READ_BY)
 """Keys of the table of a profile that say how its file is read: the points that come from it are in mm, of one side."""
 
 _MESSAGES = {
@@ -274,7 +275,7 @@ class _Checker:
             table = table.model_copy(update={"file": os.path.abspath(
                 os.path.join(os.path.dirname(self.source.name), table.file))})
             try:
-                reading_of(table, "upper" if {"upper", "wheelset"} & {*path} else "lower")
+                reading_of(table, body_at(path))
                 with open(str(table.file), "rb") as file:
                     found = f"{zlib.crc32(file.read()):08x}"
             except (ValueError, OSError) as fault:
@@ -297,7 +298,7 @@ class _Checker:
             if isinstance(named, model.RelaxationFile):
                 named, place = named.file, (*place, "file")
             try:
-                of_both = {key: of_file[key] for key in of_file if key == "side"}
+                of_both = {key: of_file[key] for key in of_file if key in READ_BY}
                 read = source.read(os.path.join(os.path.dirname(self.source.name), named), **of_both)
             except (ValueError, OSError) as fault:
                 self._note(place, str(fault), allowed=source.allowed or allowed_values(place), hint=getattr(fault, "hint", ""))

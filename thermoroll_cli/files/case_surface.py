@@ -114,6 +114,16 @@ class GivenSurface(NamedTuple):
     radius_key: str
 
 
+OF_ASSEMBLIES: dict[str, tuple[BodyName, str]] = {"track": (BODIES[0], "roller_radius_mm"),
+                                                  "wheelset": (BODIES[1], "nominal_radius_mm")}
+"""Tables with surfaces of their own: the body that they are of in each contact, and the key of its radius along rolling."""
+
+
+def body_at(path: KeyPath) -> BodyName:
+    """The body that has the surface at a place of a case."""
+    return OF_ASSEMBLIES[str(path[0])][0] if path[0] in OF_ASSEMBLIES else BODIES[path[1] == BODIES[1]]
+
+
 def given_surfaces(sections: Mapping[str, Any]) -> Iterator[GivenSurface]:
     """All surfaces in the tables of a case: of both bodies, of rails and rollers, of wheels."""
     surface, geometry = sections.get("surface"), sections.get("geometry")
@@ -121,7 +131,7 @@ def given_surfaces(sections: Mapping[str, Any]) -> Iterator[GivenSurface]:
         parts, key = getattr(surface, body, None), f"{body}_radius_x_mm"
         if parts is not None:
             yield GivenSurface(("surface", body), body, parts, getattr(geometry, key, 1.0), f"geometry.{key}")
-    for table, body, key in (("track", BODIES[0], "roller_radius_mm"), ("wheelset", BODIES[1], "nominal_radius_mm")):
+    for table, (body, key) in OF_ASSEMBLIES.items():
         both = sections.get(table)
         for path, own in ((table,), both), *(((table, side), getattr(both, side, None)) for side in ("left", "right")):
             if own is not None and own.surface is not None:
