@@ -121,7 +121,8 @@ OF_ASSEMBLIES: dict[str, tuple[BodyName, str]] = {"track": (BODIES[0], "roller_r
 
 def body_at(path: KeyPath) -> BodyName:
     """The body that has the surface at a place of a case."""
-    return OF_ASSEMBLIES[str(path[0])][0] if path[0] in OF_ASSEMBLIES else BODIES[path[1] == BODIES[1]]
+    table, own = map(str, path[:2])
+    return OF_ASSEMBLIES[table][0] if table in OF_ASSEMBLIES else next(body for body in BODIES if body == own)
 
 
 def given_surfaces(sections: Mapping[str, Any]) -> Iterator[GivenSurface]:

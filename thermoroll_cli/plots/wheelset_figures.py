@@ -30,7 +30,7 @@ WINDOW = (56.0, -26.0, 40.0)
 
 FROM_ABOVE = "seen from above"
 GAPS = (-0.1, 0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-"""Limits of the gaps (mm) that are told apart in a track from above."""
+"""Limits (mm) of the classes of gaps in a track from above."""
 FAR = 5.0
 """Distance (mm) across of nearest places that follow each other along the track, from which on they are of other bodies."""
 

@@ -236,7 +236,7 @@ class _Level:
         lost = [] if self.interpolated <= LOST else [
             f"the state to begin with is interpolated from another grid: {100 * self.interpolated:.2g} % of its force was lost "
             "on the way and put back, and counts in the errors; take its grid and numerics.extent"]
-        # What no grid betters is no missed accuracy.
+        # No grid betters these errors: they do not count for the accuracy.
         errors = with_rounding(self.history, self.rows, self._errors(self.pairs.values()))
         return _result(self.history, self.rows, self._last, errors, [*self.warnings, *lost])
 

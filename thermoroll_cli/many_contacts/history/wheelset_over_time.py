@@ -378,11 +378,9 @@ def _errors_of_patch(solved: SolvedPatch, before: _Solved | None) -> dict[str, f
     near = same_patch(mine, solved.carrying.patch.y, lambda patch: patch.carrying.patch.y)
     scalars = solved.result.coupled.scalars
     other = near.result.coupled.scalars if near else dict.fromkeys(scalars, math.nan)
-    errors = {name: safety_of(name) * abs(value - other[name]) + FLOOR * error_scale(name, solved.result.numbers)
-              for name, value in scalars.items()}
     derived = DerivedQuantities(solved.result.problem)
-    errors = {name: error + rounded(name, derived, scalars) * error_scale(name, solved.result.numbers)
-              for name, error in errors.items()}
+    errors = {name: safety_of(name) * abs(value - other[name]) + FLOOR * scale + rounded(name, derived, scalars) * scale
+              for name, value in scalars.items() for scale in [error_scale(name, solved.result.numbers)]}
     errors["pressure_max_MPa"] += _unseen_pressure(solved)
     bounded = within_reach({name: np.array([error]) for name, error in errors.items()},
                            {name: np.array([value]) for name, value in scalars.items()},

@@ -49,7 +49,7 @@ def result_of(plan: Plan, cold: list[Level], hot: list[Level], *, extrapolated: 
         reasons.append(not_reached(
             problem.numerics.accuracy, missed, f"on the finest grid tried, {last.here.grid.nx} elements per side",
             "ask for less, name what has to be accurate in numerics.accuracy_of, or set numerics.grid"))
-    # What no grid betters is no missed accuracy.
+    # No grid betters these errors: they do not count for the accuracy.
     errors = {name: error + rounded(name, derived, by_level[-1]) for name, error in errors.items()}
     residuals: dict[str, Any] = {}
     if hot is not cold:
