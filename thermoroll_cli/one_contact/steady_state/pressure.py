@@ -21,9 +21,9 @@ BORDER_PRESSURES, LOW_PRESSURE = 3.0, 0.02
 off. The first ratio is 0.5 to 1.5 for a contact that only bulges (by a quarter of the approach, on 8² to 20² elements), and 4
 to 500 for one that has moved half out of its domain."""
 
-FAR = 1.0
-"""Gap (m) over which no bodies touch, in place of an infinite one: the domain of a patch that wanders reaches beyond the ends
-that its surfaces have at one of its places."""
+FAR, FAR_APPROACHES = 1.0, 1e3
+"""Gap, in m and in approaches, over which no bodies touch, in place of an infinite one: the domain of a patch that wanders
+reaches beyond the ends that its surfaces have at one of its places."""
 
 
 class PressureSolver:
@@ -42,9 +42,14 @@ class PressureSolver:
         self._coarser, self._start = coarser, start
 
     @cached_property
+    def far(self) -> float:
+        """Gap (m) beyond the ends of a surface."""
+        return max(FAR, FAR_APPROACHES * self._derived.scales.approach)
+
+    @cached_property
     def undeformed_gap(self) -> Array:
-        """h_i in m, (nx, ny); `FAR` beyond the ends of a surface."""
-        return np.minimum(self._derived.problem.geometry.gap(self.grid.x, self.grid.y), FAR)
+        """h_i in m, (nx, ny); `far` beyond the ends of a surface."""
+        return np.minimum(self._derived.problem.geometry.gap(self.grid.x, self.grid.y), self.far)
 
     @cached_property
     def cosine(self) -> Array:
@@ -109,7 +114,7 @@ class PressureSolver:
         cosine, given = self.cosine, self._derived.given
         gap = (self.undeformed_gap - (0.0 if offset is None else offset)) / cosine
         # A contact that has wandered here may have left this gap's surfaces behind.
-        start = np.where(self.undeformed_gap < FAR, start, 0.0)
+        start = np.where(self.undeformed_gap < self.far, start, 0.0)
         solution = self.solver.solve(gap, given, start * cosine, tolerance)
         if not solution.contact.any():
             # Heat on its way to a steady state may part the bodies at a given approach: they carry the load of the start.

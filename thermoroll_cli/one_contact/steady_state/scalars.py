@@ -12,7 +12,6 @@ from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import Discretisation
 from thermoroll_cli.one_contact.steady_state.heated_bodies import peclet_numbers
 from thermoroll_cli.one_contact.steady_state.iteration import expansion_in
-from thermoroll_cli.one_contact.steady_state.pressure import FAR
 from thermoroll_cli.physics.halfspace.bodies import bodies_of
 from thermoroll_cli.physics.heat.frictional_heat import Heat, divide
 from thermoroll_cli.physics.numerics.grid import Grid, between_sides, patches_across, peak_inside, peak_value, value_at
@@ -213,7 +212,7 @@ def reported_state(discretisation: Discretisation, contact: Contact, *, heated: 
         "heat_flux": flux,
         "displacement_elastic": normal.displacement if contact.shear_displacement is None
         else normal.displacement - contact.shear_displacement,
-        "gap": np.where(normal.gap < 0.5 * FAR, normal.gap, np.nan),
+        "gap": np.where(normal.gap < 0.5 * discretisation.pressure.far, normal.gap, np.nan),
     }
     if contact.local_friction is not None:
         fields["friction_coefficient"] = contact.local_friction * inside
