@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime as dt
 import re
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +17,7 @@ from hypothesis import strategies as st
 
 from tests.support.cases import findings
 from tests.support.command_line import MECHANICAL, THERMAL
+from tests.support.documents import ROOT
 from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.files.case_errors import Finding, KeyPath, Places, Span
 from thermoroll_cli.files.case_model import Settings
@@ -289,6 +294,31 @@ def test_every_message_is_our_own() -> None:
                 for finding in cause.findings:
                     assert not re.search(r"[Vv]alue error|[Ii]nput should|valid (number|integer|string)", finding.message)
                     assert finding.key
+
+
+def damaged(value: Any) -> Iterator[Any]:
+    """Copies of a table or a list without one of its keys, or with a text in place of a table or a list, at every depth."""
+    if isinstance(value, dict):
+        for key, each in value.items():
+            yield {name: other for name, other in value.items() if name != key}
+            yield from ({**value, key: other} for other in damaged(each))
+    elif isinstance(value, list):
+        yield from ([other, *value[1:]] for other in damaged(value[0]))
+    if isinstance(value, dict | list):
+        yield "text"
+
+
+OVER_TIME = {"distance_mm": [0.0, 20.0], "values": {"wheelset.lateral_shift_mm": [0.0, 4.0], "rolling.speed_m_s": [2.0, 3.0]}}
+
+
+@pytest.mark.parametrize(("name", "more"), [
+    ("manchester", {"history": OVER_TIME}), ("crossing", {}), ("angular_contact", {}), ("dent", {})])
+def test_what_is_missing_or_no_table_is_an_error_of_the_case(name: str, more: dict[str, Any], monkeypatch) -> None:
+    """Checks find tables missing that were invalid: nothing else is raised."""
+    monkeypatch.chdir(ROOT / "cases")
+    for tables in damaged(tomllib.loads(Path(f"{name}.toml").read_text(encoding="utf-8")) | more):
+        with contextlib.suppress(CaseError):
+            Case.of(tables)
 
 
 @pytest.mark.parametrize("text", ["a = " + "[" * 100_000, "a = " + "1" * 10_000, "a." * 100_000 + "a = 1"])

@@ -59,9 +59,10 @@ def quantity(description: str, default: Any = ..., *, ge: float | None = None, l
     return Field(default=default, description=description, ge=ge, le=le)
 
 
-def pairs(allowed: str, description: str, *, least: int = 1, most: int = LARGEST_PROFILE) -> Any:
-    """A list of `least` to `most` pairs of numbers that may be left out; `allowed` says of what, in words."""
-    return Field(default=None, description=description, min_length=least, max_length=most,
+def pairs(allowed: str, description: str, *, least: int = 1, most: int = LARGEST_PROFILE, needed: bool = False) -> Any:
+    """A list of `least` to `most` pairs of numbers that may be left out unless it is `needed`; `allowed` says of what, in
+    words."""
+    return Field(default=... if needed else None, description=description, min_length=least, max_length=most,
                  json_schema_extra={"allowed": f"{least} to {most} pairs {allowed}"})
 
 

@@ -42,7 +42,7 @@ class SliceTable(Table):
     """One slice of a rail or a wheel that changes along rolling."""
 
     at: float = Field(description="Place along the track in mm, or angle of the wheel in degrees", ge=-1e7, le=1e7)
-    points_mm: list[Pair] = pairs("[y, z] of numbers in mm", "As of an outline", least=2)
+    points_mm: list[Pair] = pairs("[y, z] of numbers in mm", "As of an outline", least=2, needed=True)
     features_mm: list[float] | None = Field(
         default=None, description="Arc lengths that belong together in all slices; -1 where a part is missing", min_length=2,
         max_length=100)

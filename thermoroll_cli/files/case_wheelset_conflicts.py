@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from thermoroll_cli.files.case_conflicts import FLANGE, Conflict, Sections, materials_of
 from thermoroll_cli.files.case_errors import Fault
@@ -120,7 +119,7 @@ def _slices(track: TrackTable, wheelset: WheelsetTable, *, over_time: bool) -> I
 def values_of_wheelset(sections: Sections, history: HistoryTable) -> Iterator[Fault]:
     """What is wrong with the values of keys of a wheelset."""
     path, track, rolling = ("history", "values"), sections.get("track"), sections.get("rolling")
-    wheelset: Any = sections.get("wheelset")
+    wheelset = sections.get("wheelset")
     rollers = [side for side in (track, getattr(track, "left", None), getattr(track, "right", None))
                if side is not None and side.roller_radius_mm]
     rates = {f"wheelset.{rate}": key for rate, key in zip(
@@ -131,7 +130,7 @@ def values_of_wheelset(sections: Sections, history: HistoryTable) -> Iterator[Fa
         elif key == SPEED and rollers:
             yield path, f"{key} cannot change on rollers", "wheelset.angular_velocity_rad_s, or a track"
     for rate, key in rates.items():
-        if key in history.values and (rate in history.values or getattr(wheelset, rate.removeprefix("wheelset."))):
+        if key in history.values and (rate in history.values or getattr(wheelset, rate.removeprefix("wheelset."), None)):
             yield (path if rate in history.values else tuple(rate.split(".")), f"{rate} follows from the path, {key}",
                    "one of both")
     if rolling is not None and rolling.speed_m_s == 0.0:
