@@ -112,6 +112,19 @@ def test_a_patch_that_wanders_across_the_rail() -> None:
         assert over_time.history[name][1] == pytest.approx(middle[name], abs=100.0)
 
 
+def test_patches_that_appear_on_the_way_are_heated() -> None:
+    """From the tread to the flange by steps that are far longer than a contact: the last row is the steady state."""
+    wheel = Case.read(CASES / "manchester.toml").with_values({
+        "wheelset.wheels": "right", "wheelset.yaw_mrad": 0.0, "wheelset.roll_mrad": 0.0,
+        "wheelset.angular_velocity_rad_s": 4.36, "wheelset.vertical_N": 10e3, "numerics.grid": 12})
+    moves = solve(wheel.with_values({"history": {
+        "distance_mm": [0.0, 2000.0], "steps": 2, "values": {"wheelset.lateral_shift_mm": [0.0, 4.0]}}}))
+    steady = solve(wheel.with_values({"wheelset.lateral_velocity_mm_s": 4.0}))
+    assert moves.converged
+    assert moves["Q_F_right_W"] == pytest.approx(steady["Q_F_right_W"], rel=1e-3)
+    assert moves["temperature_rise_max_lower_K"] == pytest.approx(steady["temperature_rise_max_lower_K"], rel=0.05)
+
+
 def test_rows_beyond_friction_have_a_reason_and_spoil_no_other(tmp_path: Path) -> None:
     """Friction carries 95 N: of 0 to 120 N in three rows the last one is too much."""
     free = {"height_mm": None, "vertical_N": 237.0, "angular_velocity_rad_s": None}

@@ -109,6 +109,8 @@ class _PatchOverTime:
                 here, state = stepper.begin(moved, self._carried())
                 stepper.before = stepper.last = None
                 stepper.reach(here, state.contact, before.place, End(before.time), before.distance)
+                if stepper.memory is not None and not stepper.memory.begun:
+                    stepper.remember(here, state.contact, End(before.time))  # a patch that appears is cold
             here, now = stepper.step(moved, row.time, row.distance, jumps=run.jumps)
             state = stepper.solved(here)
         stepper.reach(here, state.contact, row.place, now, row.distance)

@@ -63,6 +63,11 @@ class HeatMemory:
         self._places = np.zeros((0, 5))
         self._kept: tuple[dict[tuple[object, ...], Kernels], dict[Interval, Array]] = {}, {}
 
+    @property
+    def begun(self) -> bool:
+        """Whether it remembers the heat of any step."""
+        return bool(self._released)
+
     def add(self, heat: DividedHeat, end: End, ever: tuple[HeatedBody, HeatedBody] | None = None) -> None:
         """Remember the `heat` at the `end` of a step, with its slopes. If it has been the same at all times before, bodies have
         moved as in `ever`."""
