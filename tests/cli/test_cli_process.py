@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -12,9 +11,10 @@ from unittest import mock
 
 import pytest
 
-from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, on_terminal, thermoroll
+from tests.support.command_line import COMMAND, MECHANICAL, call, on_terminal, thermoroll
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.commands import COMMANDS
+from thermoroll_cli.cli.main import main
 from thermoroll_cli.files.result.outcome import read_result
 
 
@@ -31,21 +31,8 @@ def test_help_version_and_bare_command() -> None:
     assert "Commands:" in bare.stderr
 
 
-def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:
-    """As under nohup (HUP), and in the background of a script (INT)."""
-    (tmp_path / "case.toml").write_text(MECHANICAL.replace("grid = 16", "grid = 32"))
-    script = f"trap '' INT HUP; exec {shlex.join(COMMAND)} run case.toml -v --no-plots"
-    pipe = subprocess.PIPE
-    with subprocess.Popen(["sh", "-c", script], cwd=tmp_path, stdout=pipe, stderr=pipe, text=True) as process:
-        assert process.stderr is not None
-        assert process.stderr.readline().startswith("case: ")  # it is at work
-        for number in (signal.SIGINT, signal.SIGHUP):
-            process.send_signal(number)
-        out, _ = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0 and "converged" in out
-
-
-def test_closed_standard_output(tmp_path: Path) -> None:
+def test_a_reader_that_goes_away_loses_no_result(tmp_path: Path) -> None:
+    """`thermoroll run … | head -n 1`: results are written before they are printed."""
     (tmp_path / "case.toml").write_text(MECHANICAL)
     reading, writing = os.pipe()
     os.close(reading)
@@ -53,36 +40,46 @@ def test_closed_standard_output(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=tmp_path, stdout=writing, stderr=subprocess.PIPE, text=True)
     assert (done.returncode, done.stderr) == (141, "")
     os.close(writing)
+    assert [path.name for path in (tmp_path / "results").iterdir()] == ["case.h5"]
+    assert read_result(tmp_path / "results" / "case.h5").converged
 
 
-def test_standard_streams_may_be_missing(tmp_path: Path) -> None:
+def test_standard_streams_may_be_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
     # Files that are opened then have the numbers of the streams.
     done = subprocess.run(["sh", "-c", f"{shlex.join(COMMAND)} run case.toml --no-plots >&- 2>&- <&-"], cwd=tmp_path)
     assert done.returncode == 0 and read_result(tmp_path / "results" / "case.h5").converged
-    done = subprocess.run(["sh", "-c", f"{shlex.join(COMMAND)} run case.toml --json --no-plots >&-"], cwd=tmp_path,
-                          stderr=subprocess.PIPE, text=True)  # fmt: skip
-    assert done.returncode == 5 and "cannot write to standard output: it is closed" in done.stderr
-    done = subprocess.run(["sh", "-c", f"{shlex.join(COMMAND)} validate - <&-"], capture_output=True, text=True)
-    assert done.returncode == 3
-    assert "standard input" in done.stderr or "<stdin>" in done.stderr
+    for stream, arguments, code, words in (
+        ("stdout", [str(tmp_path / "case.toml"), "--json"], 5, "cannot write to standard output: it is closed"),
+        ("stdin", ["-"], 3, "<stdin>"),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(sys, stream, None)
+            assert main(["validate", *arguments]) == code
+        assert words in capsys.readouterr().err
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
-def test_full_disk_behind_standard_output(tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(MECHANICAL)
-    for arguments in (["--help"], ["run", "case.toml", "--no-plots"]):
-        with open("/dev/full", "w") as full:
-            done = subprocess.run([*COMMAND, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
-        assert done.returncode == 5
-        assert "No space left" in done.stderr and "Traceback" not in done.stderr
+def test_full_disk_behind_standard_output() -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*COMMAND, "--help"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 5 and "No space left" in done.stderr and "Traceback" not in done.stderr
 
 
-def test_terminals_without_unicode(tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(MECHANICAL)
+def test_terminals_and_names_without_unicode(tmp_path: Path) -> None:
+    """Linux allows any bytes in a name."""
+    case = tmp_path / os.fsdecode(b"k\xf6rper.toml")
+    try:
+        case.write_text(MECHANICAL)
+    except OSError:
+        case = tmp_path / "case.toml"  # this file system wants Unicode
+        case.write_text(MECHANICAL)
     ascii_only = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"}
-    done = thermoroll("run", "case.toml", "--no-plots", cwd=tmp_path, env=ascii_only)
+    done = thermoroll("run", case, "--no-plots", "-o", tmp_path, env=ascii_only)
     assert done.returncode == 0 and " +- " in done.stdout and "16x16" in done.stdout and done.stdout.isascii()
+    assert read_result(case.with_suffix(".h5")).converged
 
 
 def test_what_came_from_outside_does_not_steer_a_terminal(tmp_path: Path) -> None:
@@ -104,17 +101,16 @@ def test_what_came_from_outside_does_not_steer_a_terminal(tmp_path: Path) -> Non
 
 
 def test_colour_and_progress_on_terminals_only_and_never_with_no_color(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "case.toml").write_text(MECHANICAL)
     (tmp_path / "bad.toml").write_text("load = 3\n")
-    run = ["run", "case.toml", "--no-plots"]
-    assert "\x1b[1;31merror:" in on_terminal(["validate", "bad.toml"], tmp_path)
-    assert "\x1b" not in call("validate", "bad.toml", cwd=tmp_path).stderr + call(*run, cwd=tmp_path).stderr
+    assert "\x1b" not in call("validate", "bad.toml", cwd=tmp_path).stderr
     terminal = mock.Mock(isatty=lambda: True)
     for variables, shown in (({"TERM": "xterm"}, (True, True)), ({"NO_COLOR": "1"}, (True, False)),
                              ({"TERM": "dumb", "NO_COLOR": ""}, (False, False))):  # fmt: skip
         for name, value in variables.items():
             monkeypatch.setenv(name, value)
         assert (streams.is_terminal(terminal), streams.coloured(terminal)) == shown
+    monkeypatch.setattr(streams, "is_terminal", lambda stream: True)
+    assert "\x1b[1;31merror:" in call("validate", "bad.toml", cwd=tmp_path).stderr
 
 
 def test_completion_is_offered() -> None:
@@ -126,35 +122,12 @@ def test_completion_is_offered() -> None:
             assert run().stdout.strip() == offered
 
 
-def test_a_bug_is_told_as_such(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    from thermoroll_cli.cli import run
-    from thermoroll_cli.cli.main import main
-
-    def broken(*_: object, **__: object) -> None:
-        raise ZeroDivisionError("by nothing")
-
-    monkeypatch.setattr(run.Solver, "solve", broken)
+def test_a_bug_is_told_as_such_and_too_little_memory_is_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
-    arguments = ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path)]
-    for extra, traced in (([], False), (["-v"], True)):
-        monkeypatch.setattr(sys, "argv", ["thermoroll", *arguments, *extra])
-        assert main() == 1
-        captured = capsys.readouterr()
-        assert "this is a bug in thermoroll, please report it: ZeroDivisionError: by nothing" in captured.err
-        assert ("Traceback" in captured.err) is traced
-        assert captured.out == ""
-
-
-def test_too_little_memory_is_no_bug(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    from thermoroll_cli.cli import run
-    from thermoroll_cli.cli.main import main
-
-    def greedy(*_: object, **__: object) -> None:
-        raise MemoryError
-
-    monkeypatch.setattr(run.Solver, "solve", greedy)
-    (tmp_path / "case.toml").write_text(MECHANICAL)
-    assert main(["run", str(tmp_path / "case.toml"), "-o", str(tmp_path)]) == 5
-    assert "not enough memory" in capsys.readouterr().err
+    for cause, code, words, traced in ((ZeroDivisionError("by nothing"), 1, "this is a bug in thermoroll, please report it: "
+                                        "ZeroDivisionError: by nothing", True), (MemoryError(), 5, "not enough memory", False)):
+        monkeypatch.setattr("thermoroll_cli.cli.run.Solver.solve", mock.Mock(side_effect=cause))
+        for extra in ((), ("-v",)):
+            done = call("run", "case.toml", *extra, cwd=tmp_path)
+            assert (done.returncode, done.stdout) == (code, "") and words in done.stderr
+            assert ("Traceback" in done.stderr) is (traced and bool(extra))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import re
 import signal
@@ -11,7 +10,7 @@ import sys
 import time
 import weakref
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -81,17 +80,19 @@ def test_a_second_signal_ends_the_process_at_once(monkeypatch: pytest.MonkeyPatc
     assert ended == [130]
 
 
-def test_signals_that_are_ignored_stay_so_and_handlers_come_back() -> None:
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGINT])
+def test_signals_that_are_ignored_stay_so_and_handlers_come_back(number: signal.Signals) -> None:
+    """As under nohup (HUP), and in the background of a script (INT)."""
+    before = signal.signal(number, signal.SIG_IGN)
     handlers = [signal.getsignal(number) for number in process.SIGNALS]
     try:
         with stoppable():
-            os.kill(os.getpid(), signal.SIGHUP)
+            os.kill(os.getpid(), number)
             safe_point()
             assert process.noted() == 0
         assert [signal.getsignal(number) for number in process.SIGNALS] == handlers
     finally:
-        signal.signal(signal.SIGHUP, before)
+        signal.signal(number, before)
 
 
 @contextmanager
@@ -139,27 +140,17 @@ def test_a_table_in_several_processes_stops_and_keeps_its_journal(tmp_path: Path
 
 
 def test_whoever_waits_for_others_can_be_stopped(tmp_path: Path) -> None:
-    """For standard input, and for a reader that does not read."""
-    read_end, write_end = os.pipe()
-    fcntl.fcntl(write_end, fcntl.F_SETPIPE_SZ, 4096)  # the schema is larger
-    with ExitStack() as stack:
-        waiting = [
-            stack.enter_context(started(tmp_path, *words, stdin=subprocess.PIPE, stdout=write_end))
-            for words in (["validate", "-"], ["schema"])
-        ]
-        os.close(write_end)
-        # Asleep, and not for a moment only: they wait.
+    """Here for standard input."""
+    with started(tmp_path, "validate", "-", stdin=subprocess.PIPE) as waiting:
+        # Asleep, and not for a moment only: it waits.
         deadline, asleep = time.monotonic() + PATIENCE, 0
         while asleep < 30:
-            assert time.monotonic() < deadline and all(each.poll() is None for each in waiting)
-            asleep = asleep + 1 if all(catches(each.pid, signal.SIGTERM) and asleep_now(each.pid) for each in waiting) else 0
+            assert time.monotonic() < deadline and waiting.poll() is None
+            asleep = asleep + 1 if catches(waiting.pid, signal.SIGTERM) and asleep_now(waiting.pid) else 0
             time.sleep(0.01)
-        for each in waiting:
-            each.send_signal(signal.SIGTERM)
-        for each in waiting:
-            _, told = each.communicate(timeout=PATIENCE)
-            assert each.returncode == 143 and "Traceback" not in told
-    os.close(read_end)
+        waiting.send_signal(signal.SIGTERM)
+        _, told = waiting.communicate(timeout=PATIENCE)
+    assert waiting.returncode == 143 and "Traceback" not in told
 
 
 def no_fault(told: str) -> bool:

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.support.command_line import MECHANICAL, environment, thermoroll
+from tests.support.command_line import MECHANICAL, environment
 
 ELSEWHERE = """\
 import os, signal, sys, warnings
@@ -24,13 +24,10 @@ def test_nothing_needs_linux(tmp_path: Path) -> None:
     (tmp_path / "elsewhere" / "sitecustomize.py").write_text(ELSEWHERE)
     (tmp_path / "case.toml").write_text(MECHANICAL)
     sweep = ("sweep", "case.toml", "--over", "creepage.longitudinal=0.001:0.002:3", "--no-plots", "-o", "out", "-q")
-    elsewhere = {"PYTHONPATH": str(tmp_path / "elsewhere")}
-    done = thermoroll(*sweep, "--jobs", "2", cwd=tmp_path, env=elsewhere)
-    assert (done.returncode, done.stderr) == (0, "")
-    run = ("run", "case.toml", "--no-plots", "-q")
-    program = f"from thermoroll_cli.cli.main import main; print(main({[*run]!r}), main({[*sweep, '--resume']!r}))"
-    command = [sys.executable, "-c", program]
-    done = subprocess.run(command, cwd=tmp_path, env=environment(elsewhere), capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("0 0\n", "")
+    commands = (("run", "case.toml", "--no-plots", "-q"), (*sweep, "--jobs", "2"), (*sweep, "--resume"))
+    program = f"from thermoroll_cli.cli.main import main; print(*(main([*words]) for words in {commands!r}))"
+    elsewhere = environment({"PYTHONPATH": str(tmp_path / "elsewhere")})
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=elsewhere, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("0 0 0\n", "")
     assert len((tmp_path / "out" / "sweep.csv").read_text().splitlines()) == 4
     assert not list((tmp_path / "out").glob(".*")), "the lock is gone"

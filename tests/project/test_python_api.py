@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import warnings
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,11 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import thermoroll_cli
 from tests.support import synthetic
-from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call, environment
+from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call
 from thermoroll_cli import Case, CaseError, Result, read_result, solve, sweep
 from thermoroll_cli.studies.sweeps.points import MOST_POINTS
 
@@ -237,6 +239,7 @@ def test_a_sweep_over_a_data_frame() -> None:
     assert repr(rows) == "<sweep over load.normal_N, creepage.longitudinal: 2 points, 2 converged>"
 
 
+@pytest.mark.slow
 def test_a_script_without_main_guard_is_told(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
     (tmp_path / "script.py").write_text('import thermoroll_cli\n'
@@ -256,36 +259,25 @@ def test_files_tell_what_computed_them(hot: Result, tmp_path: Path) -> None:
     assert attributes["fftw_version"].startswith("3.") and platform.machine() in attributes["platform"]
 
 
-def test_linear_algebra_has_one_thread_while_a_case_is_solved() -> None:
+def test_linear_algebra_has_one_thread_while_a_case_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
     """Afterwards it has those of the user again, also where the solve ends with an exception."""
-    threads = """
-import numpy, scipy.linalg, threadpoolctl
-from thermoroll_cli import Case, solve
-from tests.support.command_line import THERMAL
+    monkeypatch.setattr("thermoroll_cli.tools.process._decided", False)
 
-def count():
-    return sorted({pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"})
+    def count() -> set[int]:
+        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
 
-class Stop(Exception):
-    pass
+    with threadpool_limits(2, "blas"):
+        for most in (1000, 3):
+            seen: list[set[int]] = []
 
-def report(stage, info):
-    seen.append(count())
-    if len(seen) > most:
-        raise Stop
+            def report(*_: object, most: int = most, seen: list[set[int]] = seen) -> None:
+                seen.append(count())
+                if len(seen) > most:
+                    raise InterruptedError
 
-for most in (1000, 3):
-    seen = []
-    try:
-        solve(Case.parse(THERMAL).with_values({"numerics.grid": 8}), report=report)
-    except Stop:
-        pass
-    assert seen and all(each == [1] for each in seen), seen
-    assert count() == [2], count()
-"""
-    done = subprocess.run([sys.executable, "-c", threads], capture_output=True, text=True, check=False,
-                          env=environment({"OPENBLAS_NUM_THREADS": "2", "PYTHONPATH": str(ROOT)}))
-    assert done.returncode == 0, done.stderr
+            with suppress(InterruptedError):
+                solve(Case.parse(THERMAL).with_values({"numerics.grid": 8}), report=report)
+            assert {*map(tuple, seen)} == {(1,)} and count() == {2}
 
 
 def test_several_cases_in_one_sweep() -> None:

@@ -110,6 +110,22 @@ def call(*arguments: str | Path, cwd: Path | None = None, stdin: str = "", paint
     return Called(code, out.getvalue(), err.getvalue())
 
 
+def limited(folder: Path, size: int, *arguments: str | Path) -> Called:
+    """`call` where no file may grow beyond `size` bytes: to the command, that is a disk that fills up. What Python compiles
+    meanwhile stays out of its cache, where it would be cut, too."""
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with mock.patch.object(sys, "dont_write_bytecode", True):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            done = call(*arguments, cwd=folder, painted=True)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert "Traceback" not in done.stderr and "bug" not in done.stderr
+    return done
+
+
 def on_terminal(arguments: list[str], cwd: Path, **variables: str) -> str:
     """What the command shows on a terminal."""
     controller, terminal = pty.openpty()

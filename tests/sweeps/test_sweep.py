@@ -193,27 +193,15 @@ def wait_for(happened: Callable[[], bool], process: subprocess.Popen[str]) -> No
         time.sleep(0.002)
 
 
-def workers(process: subprocess.Popen[str]) -> list[int]:
-    """The processes that compute for `process`."""
-    listed = subprocess.run(["ps", "-A", "-ww", "-o", "pid=,ppid=,args="], capture_output=True, text=True, check=True).stdout
-    found = [line.split(None, 2) for line in listed.splitlines()]
-    return [int(pid) for pid, parent, words in found if int(parent) == process.pid and "spawn_main" in words]
-
-
-def test_two_processes_give_the_serial_files_though_one_is_killed(case: Path, serial: Swept, tmp_path: Path) -> None:
-    with started(case, tmp_path, "--jobs", "2", "--json") as process:
-        wait_for(lambda: len(files(tmp_path)) >= 2, process)  # before any batch is done: both work
-        os.kill(workers(process)[0], signal.SIGKILL)
-        out, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0, err
-    assert err.count("a worker process died; its points are solved again") == 1
+def test_two_processes_give_the_serial_files(case: Path, serial: Swept, tmp_path: Path) -> None:
+    done = call("sweep", case, *SWEEP, "-o", tmp_path, "--no-plots", "--jobs", "2", "--json")
+    assert done.returncode == 0, done.stderr
     assert_same(tmp_path, serial)
-    assert [json.loads(line)["name"] for line in out.splitlines()] == [path.stem for path in files(serial.folder)]
+    assert [json.loads(line)["name"] for line in done.stdout.splitlines()] == [path.stem for path in files(serial.folder)]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "jobs", "code"), [
-    pytest.param("SIGKILL", "2", -9, marks=pytest.mark.slow), ("SIGINT", "2", 130)])
+@pytest.mark.parametrize(("name", "jobs", "code"), [("SIGKILL", "2", -9), ("SIGINT", "2", 130)])
 def test_a_killed_sweep_is_resumed(name: str, jobs: str, code: int, case: Path, serial: Swept, tmp_path: Path) -> None:
     with started(case, tmp_path, "--jobs", jobs) as process:
         wait_for(lambda: len(files(tmp_path)) >= 3, process)
@@ -261,7 +249,7 @@ def test_a_cluster_gives_the_serial_files_and_may_lose_one(workers: int, case: P
 
 def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("thermoroll_cli.tools.runner.CONNECT_SECONDS", 0.5)
-    for address in ("tcp://127.0.0.1:1", "nonsense://x", "foo"):
+    for address in ("tcp://127.0.0.1:1", "foo"):
         done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", address)
         assert (done.returncode, done.stdout) == (5, "")
         assert f"no Dask scheduler at {address}" in done.stderr

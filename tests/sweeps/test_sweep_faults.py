@@ -8,8 +8,6 @@ import json
 import multiprocessing
 import os
 import random
-import resource
-import shutil
 import subprocess
 import threading
 import time
@@ -21,9 +19,10 @@ from typing import Any
 
 import pytest
 
-from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, call, environment, on_terminal
+from tests.support.command_line import COMMAND, MECHANICAL, THERMAL, call, environment, limited
 from tests.support.sampling import sampled
 from tests.support.tasks import DeadlyTask, SlowDiskTask
+from thermoroll_cli.cli import streams
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.studies.sweeps.points import Base, Points, parse_axes
@@ -34,8 +33,6 @@ from thermoroll_cli.tools.journal import Journal, JournalError
 from thermoroll_cli.tools.runner import Workers, run
 
 OVER = ("--over", "creepage.longitudinal=0.001:0.002:3", "--no-plots")
-UNCOMPILED = {"PYTHONDONTWRITEBYTECODE": "1"}
-"""Where the disk is full: a compiled module would be cut, too, and could not be imported by anyone."""
 
 
 @pytest.fixture
@@ -299,25 +296,9 @@ def test_a_full_disk_keeps_what_was_finished(case: Path, folder: Path, monkeypat
 
 def test_a_full_disk_and_scalars_only(case: Path, folder: Path) -> None:
     """HDF5 itself crashes if its file cannot be written to the end."""
-    done = subprocess.run(
-        [*COMMAND, "sweep", str(case), *OVER, "-o", str(folder), "--scalars-only", "-q"],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000)),
-        env=environment(UNCOMPILED), capture_output=True, text=True, timeout=PATIENCE,
-    )  # fmt: skip
+    done = limited(folder, 30000, "sweep", case, *OVER, "-o", folder, "--scalars-only", "-q")
     assert done.stderr == f"thermoroll: error: cannot write {folder / 'sweep.h5'}: File too large\n"
     assert (done.returncode, sorted(path.name for path in folder.iterdir())) == (5, ["sweep.csv", "sweep.jsonl"])
-
-
-@pytest.mark.slow
-def test_a_full_disk_in_another_process(case: Path, folder: Path) -> None:
-    done = subprocess.run(
-        [*COMMAND, "sweep", str(case), *OVER, "-o", str(folder), "--jobs", "2"],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000)),
-        env=environment(UNCOMPILED), capture_output=True, text=True, timeout=PATIENCE,
-    )  # fmt: skip
-    assert (done.returncode, done.stdout) == (5, "")
-    assert "spheres_0001.h5: File too large" in done.stderr
-    assert not list(folder.glob("*.h5"))
 
 
 # --- streams -------------------------------------------------------------------------------------------------------
@@ -334,19 +315,18 @@ def test_a_reader_that_goes_away_ends_the_sweep(case: Path, folder: Path) -> Non
     assert len(list(folder.glob("*.h5"))) < 40
 
 
-def test_a_bar_with_the_time_left_on_terminals(case: Path, tmp_path: Path) -> None:
-    many = ("--over", "load.normal_N=1:100:6", "--no-plots")
-    shown = on_terminal(["sweep", case.name, *many], tmp_path, COLUMNS="120")
-    assert "0/6 points" in shown and "\x1b[2K" in shown
-    assert "6/6 points" in shown and "\u2501" in shown
-    shutil.rmtree(tmp_path / "results")
-    assert on_terminal(["sweep", case.name, *OVER, "-q"], tmp_path) == ""
-
-
-@pytest.mark.slow
-def test_narrow_terminals_keep_the_words(case: Path, tmp_path: Path) -> None:
-    shown = on_terminal(["sweep", case.name, *OVER], tmp_path, COLUMNS="20")
-    assert "0/3 points" in shown and "\u2501" not in shown
+def test_a_bar_with_the_time_left_on_terminals(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streams, "is_terminal", lambda stream: True)
+    for name, value in {"TERM": "xterm", "FORCE_COLOR": "1", "TTY_COMPATIBLE": "1", "COLUMNS": "120"}.items():
+        monkeypatch.setenv(name, value)
+    shown = call("sweep", case, *OVER, "-o", tmp_path).stderr
+    assert "0/3 points" in shown and "\x1b[2K" in shown
+    assert "3/3 points" in shown and "\u2501" in shown
+    quiet = call("sweep", case, *OVER, "-q", "-o", tmp_path)
+    assert (quiet.stdout, quiet.stderr) == ("", "")
+    monkeypatch.setenv("COLUMNS", "20")
+    narrow = call("sweep", case, *OVER, "-o", tmp_path).stderr
+    assert "0/3 points" in narrow and "\u2501" not in narrow
 
 
 def test_a_batch_is_solved_from_its_start_but_only_pending_points_are_kept() -> None:
