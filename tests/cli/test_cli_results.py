@@ -103,33 +103,6 @@ def test_compare_json(results: Path) -> None:
     assert rows["hertz_a_mm"]["within"] is True
 
 
-@pytest.mark.parametrize("rtol", ["-1", "nan", "inf", "small"])
-def test_compare_needs_a_tolerance(results: Path, rtol: str) -> None:
-    assert call("compare", results / "a.h5", results / "a.h5", "--rtol", rtol).returncode == 2
-
-
-def test_export_xdmf_and_csv(results: Path, tmp_path: Path) -> None:
-    for suffix, wanted in (("csv", "pressure_MPa"), ("xdmf", "<Xdmf")):
-        done = call("export", results / "a.h5", "--format", suffix, "-o", tmp_path)
-        assert (done.returncode, done.stderr) == (0, "")
-        assert done.stdout.split()[0] == str(tmp_path / f"a.{suffix}")
-        assert wanted in (tmp_path / f"a.{suffix}").read_text()
-
-
-@pytest.mark.parametrize("command", [["plot"], ["compare", "{a}"], ["export", "--format", "csv"]])
-def test_files_that_are_no_results(command: list[str], results: Path, tmp_path: Path) -> None:
-    whole = (results / "a.h5").read_bytes()
-    (tmp_path / "truncated.h5").write_bytes(whole[: len(whole) // 2])
-    (tmp_path / "text.h5").write_text("no HDF5")
-    (tmp_path / "empty.h5").write_text("")
-    arguments = [part.format(a=results / "a.h5") for part in command]
-    for name in ("truncated.h5", "text.h5", "empty.h5", "missing.h5", "."):
-        done = call(*arguments, tmp_path / name, cwd=tmp_path)
-        assert (done.returncode, done.stdout) == (5, "")
-        assert done.stderr.startswith("thermoroll: error: ")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty.h5", "text.h5", "truncated.h5"]
-
-
 def test_several_formats_are_written_by_one_command(results: Path, tmp_path: Path) -> None:
     done = call("export", results / "a.h5", "--format", "xdmf", "--format", "csv", "--format", "csv", "-o", tmp_path)
     names = ("a.xdmf", "a_points.hdf5", "a.csv")
@@ -169,17 +142,11 @@ def test_pictures_are_chosen_and_sized(result: Path, tmp_path: Path) -> None:
         assert image.width == pytest.approx(180 / 25.4 * 100, abs=1)
 
 
-def test_the_cut_is_where_it_is_asked_for(result: Path, tmp_path: Path) -> None:
-    done = call("plot", result, "-o", tmp_path, "--fields", "centreline", "--cut-y", 0.05, "--format", "svg", painted=True)
-    assert done.returncode == 0, done.stderr
-    assert "y = 0.05 mm" in (tmp_path / "r_centreline.svg").read_text()
-
-
 def test_sweeps_are_drawn_again_from_either_table(tmp_path: Path) -> None:
     """With theories beside the creep forces, on request; CSV has no title."""
     case = tmp_path / "creep.toml"
     case.write_text(CREEP)
-    over = ("--over", "creepage.longitudinal=0.0005:0.004:3")
+    over = ("--over", "creepage.longitudinal=0.0005,0.004", "--columns", "force_x_N")
     done = call("sweep", case, *over, "--scalars-only", "-o", tmp_path, "--compare", "linear,polach,fastsim", "--format", "svg",
                 painted=True)
     assert done.returncode == 0, done.stderr
@@ -188,18 +155,12 @@ def test_sweeps_are_drawn_again_from_either_table(tmp_path: Path) -> None:
     first = (tmp_path / "sweep.svg").read_text()
     assert all(words in first for words in theories)
     (tmp_path / "sweep.svg").unlink()
-    done = call("plot", tmp_path / "sweep.h5", "--compare", "linear,polach,fastsim", "--format", "svg", painted=True)
+    done = call("plot", tmp_path / "sweep.h5", "--compare", "linear,polach,fastsim", "--format", "svg", *over[2:], painted=True)
     assert done.returncode == 0
     assert (tmp_path / "sweep.svg").read_text() == first
-    done = call("plot", tmp_path / "sweep.csv", "--compare", "linear", "--format", "svg", "--format", "png", painted=True)
-    assert (done.returncode, (tmp_path / "sweep.png").exists()) == (0, True)
+    assert call("plot", tmp_path / "sweep.csv", "--compare", "linear", "--format", "svg", painted=True).returncode == 0
     shown = (tmp_path / "sweep.svg").read_text()
     assert [words in shown for words in theories] == [True, False, False]
-
-
-def test_pictures_in_notebooks(result: Path) -> None:
-    read = read_result(result)
-    assert read.plot("pressure").axes and read.plot("gap").axes
 
 
 def test_several_sweeps_or_results_are_drawn_over_each_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from tests.support.documents import ROOT
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 
-HOPELESS = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 2e3").replace("grid = 16", "grid = 8")
+HOPELESS = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 1e5").replace("grid = 16", "grid = 8")
 HOPELESS += '[thermal]\npeclet = "stationary"\n'
 """Beyond the heat for which there is a steady state."""
 
@@ -130,23 +130,6 @@ def test_invalid_case_stops_everything_before_it_starts(case: Path, tmp_path: Pa
     assert not (tmp_path / "results").exists()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["run", "a.toml", "--threads", "many"], "Invalid value for '--threads': "),
-        (["run", "a.toml", "--threads", "0"], "Invalid value for '--threads': "),
-        (["compare", "a.h5", "b.h5", "--rtol", "x"], "Invalid value for '--rtol': "),
-        (["plot", "a.h5", "--format", "jpg"], "'jpg' is not one of 'png', 'svg', 'pdf'"),
-        (["run", "-", "-"], "standard input can be read only once"),
-        (["validate", "-", "-"], "standard input can be read only once"),
-    ],
-)
-def test_wrong_options_are_told(arguments: list[str], words: str, tmp_path: Path) -> None:
-    done = call(*arguments, cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert words in done.stderr
-
-
 def test_not_converged_is_written_and_told(case: Path, tmp_path: Path) -> None:
     (tmp_path / "hot.toml").write_text(HOPELESS)
     done = call("run", "hot.toml", case, "--json", "--no-plots", cwd=tmp_path)
@@ -155,8 +138,8 @@ def test_not_converged_is_written_and_told(case: Path, tmp_path: Path) -> None:
     assert (hot["status"], fine["status"]) == ("not_converged", "converged")
     assert hot["reason"] and hot["reason"] in done.stderr
     assert read_result(tmp_path / "results" / "hot.h5").converged is False
-    table = call("run", "hot.toml", "--no-plots", cwd=tmp_path)
-    assert table.returncode == 4
+    table = call("run", "hot.toml", "--no-plots", "--limit", "pressure_max_MPa<1", cwd=tmp_path)
+    assert table.returncode == 4, "and not that of a limit"
     assert "NOT CONVERGED" in table.stdout
     (reason,) = [line for line in table.stdout.splitlines() if hot["reason"][:30] in line]
     assert reason[2:32] not in table.stderr  # said once
@@ -178,11 +161,11 @@ def test_places_that_cannot_be_written(case: Path, tmp_path: Path) -> None:
 def test_heat_that_comes_back_has_its_flash_and_bulk_temperatures_printed(tmp_path: Path) -> None:
     """The largest rise counts from the surroundings, and is about the bulk temperature that the disc reaches plus the flash."""
     asked = ("run", ROOT / "cases" / "twin_disc.toml", "-o", tmp_path, "--no-plots", "--set", "numerics.grid=16")
-    record = json.loads(call(*asked, "--json").stdout)
+    lines = " ".join(call(*asked).stdout.split())
+    record = read_result(tmp_path / "twin_disc.h5")
     flash, bulk, rise = (record[f"{name}_lower_K"]
                          for name in ("flash_temperature_max", "bulk_temperature", "temperature_rise_max"))
     assert flash + bulk == pytest.approx(rise, rel=0.03) and flash < 0.3 * rise
-    lines = " ".join(call(*asked).stdout.split())
     for name, words in (("flash_temperature_max", "flash temperature"), ("bulk_temperature", "bulk temperature"),
                         ("temperature_rise_max", "rise above the surroundings")):
         assert f"{name}_lower_K" in lines and words in lines

@@ -33,21 +33,12 @@ def test_conicity_takes_them(tmp_path: Path) -> None:
 
 def test_a_command_that_finds_no_number_says_so(tmp_path: Path) -> None:
     """An amplitude beyond the flanges; a case without the table of its command."""
-    far = ("--amplitude", "40:45:2", "--no-plots", "-o", tmp_path)
+    far = ("--amplitude", "40", "--no-plots", "-o", tmp_path)
     done = call("conicity", CASES / "manchester.toml", *far, "--json")
     assert done.returncode == 4 and "no amplitude has an equivalent conicity" in done.stderr
     assert set(json.loads(done.stdout)["conicity"]) == {None}
-    assert "no amplitude has an equivalent conicity" in call("conicity", CASES / "manchester.toml", *far).stdout
     (tmp_path / "case.toml").write_text(MECHANICAL)
     for command, words in (("wear", "does not say how far the profiles wear"), ("conicity", "no equivalent conicity")):
         done = call(command, tmp_path / "case.toml", "--json", "-o", tmp_path)
         assert done.returncode == 3 and words in done.stderr
         assert json.loads(done.stdout)["errors"][0]["key"] in ("wear", "geometry")
-
-
-def test_a_sweep_says_where_its_reasons_are(tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(MECHANICAL)
-    over = ("--over", "creepage.longitudinal=1e-3,2e-3", "--dpi", 60, "-o", tmp_path)
-    assert call("sweep", tmp_path / "case.toml", *over).returncode == 0
-    with Image.open(tmp_path / "sweep.png") as image:
-        assert round(image.info["dpi"][0]) == 60

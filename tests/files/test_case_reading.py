@@ -16,28 +16,8 @@ from tests.support.cases import parse
 from tests.support.command_line import MECHANICAL, THERMAL
 from thermoroll_cli.cli.cases import TEMPLATES, template_text
 from thermoroll_cli.files.case import Case, CaseError, Override, case_name
-from thermoroll_cli.files.case_schema import case_schema, known_keys
+from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.files.case_source import apply_overrides
-
-
-def test_units_are_converted_to_si() -> None:
-    text = THERMAL.replace("longitudinal = 0.003", "longitudinal = 0.003\nlateral = 0.001\nspin_rad_mm = 0.02")
-    problem = parse(text).problem
-    assert problem.title == "Two spheres"
-    assert problem.lower == problem.upper
-    assert problem.lower.youngs_modulus == 210e9
-    assert problem.lower.poisson_ratio == 0.28
-    assert problem.lower.conductivity == 50.2
-    assert problem.lower.expansion == pytest.approx(11.7e-6, rel=1e-15)
-    assert problem.lower.diffusivity == pytest.approx(10e-6, rel=1e-15)
-    assert problem.geometry.lower_radius_x == 0.03
-    assert problem.normal_force == 65.0
-    assert problem.friction.coefficient == 0.3
-    assert problem.motion.speed == 1.0
-    assert (problem.motion.creepage_x, problem.motion.creepage_y) == (0.003, 0.001)
-    assert problem.motion.spin == 20.0
-    assert problem.numerics.grid == (16, 16)
-    assert problem.numerics.accuracy is None
 
 
 def test_keys_are_read_by_their_names() -> None:
@@ -45,21 +25,6 @@ def test_keys_are_read_by_their_names() -> None:
     assert settings["load"]["normal_N"] == settings.load.normal_N
     with pytest.raises(KeyError, match=r"normal: there are .*normal_N, "):
         settings["load"]["normal"]
-
-
-def test_radii_keep_their_places() -> None:
-    radii = ("lower_radius_x", "lower_radius_y", "upper_radius_x", "upper_radius_y")
-    case = parse(MECHANICAL, *(f"geometry.{name}_mm={n}" for n, name in enumerate(radii, start=1)))
-    assert [getattr(case.problem.geometry, name) for name in radii] == [0.001, 0.002, 0.003, 0.004]
-
-
-def test_flat_and_concave_radii() -> None:
-    geometry = parse(
-        MECHANICAL, "geometry.lower_radius_x_mm=inf", "geometry.lower_radius_y_mm=-32", "geometry.upper_radius_y_mm=30"
-    ).problem.geometry
-    assert geometry.lower_radius_x == math.inf
-    assert geometry.curvature_x == 1 / 0.03
-    assert 1 / geometry.curvature_y == pytest.approx(0.48)
 
 
 def test_everything_but_the_essentials_has_a_default() -> None:
@@ -78,30 +43,6 @@ def test_heat_follows_the_thermal_constants_where_nothing_is_said() -> None:
     assert (heating.peclet, heating.partition) == ("rolling", 0.5)
     assert not parse(THERMAL, "thermal.heat=false").problem.heating.heat
     assert not parse(MECHANICAL, "thermal.heat=false").problem.heating.heat
-
-
-def test_whole_numbers_are_numbers() -> None:
-    problem = parse(MECHANICAL, "load.normal_N=65", "rolling.speed_m_s=2").problem
-    assert isinstance(problem.normal_force, float)
-    assert isinstance(problem.motion.speed, float)
-
-
-def test_rectangular_grid() -> None:
-    assert parse(MECHANICAL, "numerics.grid=[16, 32]").problem.numerics.grid == (16, 32)
-
-
-def test_material_of_each_body() -> None:
-    shared = "[material]\nyoungs_modulus_GPa = 210.0\npoisson_ratio = 0.28\n"
-    each = shared.replace("[material]", "[material.lower]") + shared.replace("[material]", "[material.upper]")
-    split = parse(MECHANICAL.replace(shared, each))
-    assert split.problem == parse(MECHANICAL).problem
-    thermal = "conductivity_W_mK = {}\nexpansion_um_mK = 11.7\ndiffusivity_mm2_s = 10.0\n"
-    text = MECHANICAL.replace(
-        shared,
-        each.replace("[material.upper]", thermal.format(50) + "[material.upper]") + thermal.format(20),
-    )
-    problem = parse(text).problem
-    assert (problem.lower.conductivity, problem.upper.conductivity) == (50.0, 20.0)
 
 
 def test_override_replaces_and_adds() -> None:
@@ -164,30 +105,6 @@ def test_reading_files(tmp_path: Path) -> None:
     assert case.name == "ein Fäll.v2"
     assert case.settings == parse(MECHANICAL).settings
     assert case_name("-") == "stdin"
-
-
-def test_the_package_offers_case() -> None:
-    import thermoroll_cli
-
-    assert thermoroll_cli.Case is Case
-    with pytest.raises(AttributeError):
-        _ = thermoroll_cli.nothing  # type: ignore[attr-defined]
-
-
-def test_every_key_of_the_contract_is_known() -> None:
-    contract = {
-        "material": "youngs_modulus_GPa poisson_ratio conductivity_W_mK expansion_um_mK diffusivity_mm2_s lower upper",
-        "geometry": "lower_radius_x_mm lower_radius_y_mm upper_radius_x_mm upper_radius_y_mm",
-        "load": "normal_N friction_coefficient",
-        "rolling": "speed_m_s",
-        "creepage": "longitudinal lateral spin_rad_mm",
-        "force": "longitudinal_N lateral_N",
-        "thermal": "heat deformation peclet partition",
-        "numerics": "grid accuracy extent",
-        "output": "plots",
-    }
-    for table, keys in contract.items():
-        assert set(keys.split()) <= set(known_keys((table,)))
 
 
 @pytest.mark.parametrize(

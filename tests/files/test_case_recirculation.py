@@ -81,11 +81,6 @@ def test_a_body_turns_up_to_a_creepage_of_two(body):
             Case.parse(text)
 
 
-def test_a_table_must_be_a_table():
-    (found,) = findings(SPHERES + "upper = 3.0\n")
-    assert found.key == "thermal.upper" and "table" in found.message
-
-
 def test_a_track_may_be_narrower_than_the_contact_by_less_than_an_element():
     width = 2e3 * DerivedQuantities(Case.parse(SPHERES + COOLED).problem).scales.semi_axis_y
     elements = Case.parse(SPHERES + COOLED).problem.numerics.grid[1]

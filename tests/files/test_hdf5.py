@@ -224,8 +224,10 @@ def test_damage_anywhere_is_an_error_message_or_harmless(tmp_path: pathlib.Path,
 
 def contents(node: Node) -> dict[str, object]:
     """All that a tree holds, as it can be compared."""
+    values = {name: array.values for name, array in node.arrays.items()}
     return {"attributes": dict(node.attributes), "nodes": {name: contents(inner) for name, inner in node.nodes.items()},
-            **{f"array {name}": (array.axes, array.units, array.meaning, repr(array.values.tolist()))
+            **{f"array {name}": (array.axes, array.units, array.meaning, values[name].shape,
+                                 values[name].tolist() if values[name].dtype == object else values[name].tobytes())
                for name, array in node.arrays.items()}}
 
 

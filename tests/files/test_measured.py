@@ -16,7 +16,6 @@ from scripts.measured import (
     case,
     fitted,
     forces,
-    locomotive,
     roller_rig,
     roller_rig_angles,
     twin_disc,
@@ -65,12 +64,6 @@ def test_tractions_of_a_twin_disc() -> None:
     disc, points = case("twin_disc_lewis", GRID), twin_disc()[:, :4]
     assert rms(disc, points) < 0.018
     assert 0.050 < rms(disc.with_values(SMOOTH), points) < 0.060
-
-
-@pytest.mark.slow
-def test_forces_of_a_locomotive() -> None:
-    """Values that others fitted leave a scatter of 0.027; every eighth of the 155 points."""
-    assert rms(case("eurosprinter", GRID), locomotive()[:, ::8]) < 0.032
 
 
 def test_an_interlayer_may_be_taken_from_the_slope() -> None:

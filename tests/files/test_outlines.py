@@ -96,7 +96,7 @@ def test_a_rail_of_the_other_hand_has_no_conicity_and_is_told_of_mirror(tmp_path
     """Its gauge side ends above the gauge height: no shift has two contacts, and the picture shows none."""
     rail = [[float(y), float(y**2 / 600.0 + 25.0 * max(y - 33.0, 0.0))] for y in np.linspace(-12.0, 34.0, 93)]
     path = written(tmp_path, tables({"points_mm": rail}, {"points_mm": [[0.0, 0.0], [135.0, -6.75]]}, flange_back_mm=0.2))
-    done = call("conicity", path, "-o", tmp_path, painted=True)
+    done = call("conicity", path, "-o", tmp_path)
     told = " ".join(done.stdout.split())
     assert done.returncode == 4 and "mirror = true in the table of its profile exchanges the sides" in told, told
     assert (tmp_path / "case_conicity.png").exists()

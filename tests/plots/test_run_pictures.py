@@ -85,7 +85,7 @@ def test_stages_that_were_skipped_have_no_picture(options: dict[str, Any], missi
 def test_a_stored_result_gives_the_same_pictures(tmp_path: pathlib.Path) -> None:
     result = synthetic.result((24, 20), aspect=1.5)
     write_result(tmp_path / "r.h5", result)
-    wanted = ["summary"]
+    wanted = ["centreline"]
     direct = draw(result, tmp_path / "direct", kinds=wanted, dpi=40)
     assert kinds(direct, "direct") == wanted
     assert sorted(os.listdir(tmp_path)) == sorted(["r.h5", *(path.name for path in direct)])

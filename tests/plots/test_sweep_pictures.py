@@ -327,7 +327,7 @@ def test_every_key_with_a_unit_can_be_swept_under_its_unit() -> None:
     assert with_value("geometry.lower_radius_y_mm", math.inf) == "lower radius y = ∞"
 
 
-@pytest.mark.parametrize("top", [40.0, 300.0, 5000.0, 1e6])
+@pytest.mark.parametrize("top", [40.0, 1e6])
 def test_numbers_on_a_logarithmic_axis_keep_apart(top: float) -> None:
     columns = {OVER[0]: list(np.geomspace(2.0, top, 5)), "Q_F_W": [1.0, 2.0, 3.0, 4.0, 5.0]}
     figure = drawn(columns, OVER[:1])

@@ -20,7 +20,7 @@ from thermoroll_cli import Case, sweep
 from thermoroll_cli.studies.sweeps.sweep import JOURNAL_NAME
 
 KEYS = ("creepage.longitudinal", "creepage.lateral")
-LATERAL, LONGITUDINAL = 4, 6
+LATERAL, LONGITUDINAL = 2, 6
 SWEEP = ("--over", f"{KEYS[0]}=0.0005:0.006:{LONGITUDINAL}", "--over", f"{KEYS[1]}=0.0001:0.002:{LATERAL}",
          "--set", "numerics.grid=8", "--scalars-only", "--no-plots")  # fmt: skip
 COUNT = LATERAL * LONGITUDINAL

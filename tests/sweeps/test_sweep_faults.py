@@ -8,6 +8,7 @@ import json
 import multiprocessing
 import os
 import random
+import shutil
 import subprocess
 import threading
 import time
@@ -32,13 +33,14 @@ from thermoroll_cli.tools.atomic import WriteError
 from thermoroll_cli.tools.journal import Journal, JournalError
 from thermoroll_cli.tools.runner import Workers, run
 
+CASE = MECHANICAL.replace("grid = 16", "grid = 8")
 OVER = ("--over", "creepage.longitudinal=0.001:0.002:3", "--no-plots")
 
 
 @pytest.fixture
 def case(tmp_path: Path) -> Path:
     path = tmp_path / "spheres.toml"
-    path.write_text(MECHANICAL.replace("grid = 16", "grid = 8"))
+    path.write_text(CASE)
     return path
 
 
@@ -193,10 +195,17 @@ def test_a_torn_line_of_the_journal_is_dropped_and_the_latest_record_counts(fold
 # --- files found on resuming ---------------------------------------------------------------------------------------
 
 
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("swept")
+    (place / "spheres.toml").write_text(CASE)
+    assert call("sweep", place / "spheres.toml", *OVER, "-o", place / "out", "-q").returncode == 0
+    return place / "out"
+
+
 @pytest.fixture
-def finished(case: Path, folder: Path) -> Path:
-    assert call("sweep", case, *OVER, "-o", folder, "-q").returncode == 0
-    return folder
+def finished(swept: Path, folder: Path) -> Path:
+    return Path(shutil.copytree(swept, folder, dirs_exist_ok=True))
 
 
 def truncate(path: Path) -> None:
