@@ -125,12 +125,14 @@ def test_isothermal_state_beside_the_coupled_one_is_the_uncoupled_solution():
         on_grid(HOT, 40),
         rolling(grid=(32, 40), creepage=(0.002, 0.002), spin=5.0, speed=120.0, heating=Heating(peclet="stationary")),
         rolling(grid=40, creepage=(0.05, 0.02), speed=80.0, heating=Heating()),
+        rolling(grid=32, body=replace(STEEL, expansion=1e-7), creepage=(0.003, 0.0), heating=Heating(deformation="always")),
     ],
-    ids=["article", "mixed", "rolling"],
+    ids=["article", "mixed", "rolling", "weak"],
 )
 def test_expansion_and_temperature_are_those_of_the_heat_flux(problem, monkeypatch):
     """The circle of Fig. 2 closed once more by a plain FFT convolution, from the result's fields and how the heat flux changes
-    within elements."""
+    within elements. Heat that is too weak to move the contact by the tolerance of the fixed point has its expansion, and the
+    power of that, as others have."""
     divided = divided_heats(monkeypatch)
     result = solve(problem)
     assert result.converged, result.reason
@@ -145,18 +147,22 @@ def test_expansion_and_temperature_are_those_of_the_heat_flux(problem, monkeypat
         rise += fftconvolve(divided[-1].slope, temperature_slope_table(*shape, aspect, *peclets), "valid")
         rise *= 0.5 * grid.dx / STEEL.conductivity
         np.testing.assert_allclose(fields[f"temperature_rise_{name}"], rise, atol=1e-8 * rise.max())
-        factor = 0.5 * 1.28 * STEEL.expansion * grid.dx**2 / STEEL.conductivity
+        factor = 0.5 * 1.28 * problem.lower.expansion * grid.dx**2 / STEEL.conductivity
         expansion += factor * fftconvolve(flux, displacement_table(*shape, aspect, *peclets), "valid")
     contact = fields["state"] > 0
     change = fields["displacement_thermal"] - expansion
     change -= change[contact].mean()
-    assert np.abs(change[contact]).max() < 1e-4 * s["approach_um"] * 1e-6
+    assert np.abs(change[contact]).max() < 1e-6 * np.ptp(expansion[contact])
+    work = float((fields["pressure"] * np.gradient(expansion, grid.dx, axis=0)).sum()) * grid.element_area
+    assert s["thermal_displacement_max_um"] == pytest.approx(1e6 * np.ptp(expansion[contact]), rel=1e-6)
+    assert s["expansion_power_W"] == pytest.approx(work * problem.motion.speed, rel=1e-2)  # it is extrapolated over grids
 
 
 @pytest.mark.parametrize("n", [64, 128])
 def test_contact_conditions_hold_in_the_coupled_state(n):
     """∬p = W, p ≥ 0, and h = h_i + u_z^e − u_z^t − δ: zero in the contact (to 1e-5 δ away from its border), else ≥ 0. The
-    approach is that of whole elements, closer to the truth than the fields by 2e-4 of it."""
+    approach is that of whole elements, closer to the truth than the fields by 2e-4 of it, and the expansion that of the heat,
+    which the gap has to the tolerance of the fixed point."""
     result = solved(on_grid(HOT, n))
     fields, s, grid = result.coupled.fields, result.coupled.scalars, grid_of(result)
     approach = s["approach_um"] * 1e-6
@@ -168,8 +174,8 @@ def test_contact_conditions_hold_in_the_coupled_state(n):
     gap -= middle
     assert pressure.sum() * grid.element_area == pytest.approx(HOT.normal_force, rel=1e-9)
     assert pressure.min() >= 0.0 and not pressure[~contact].any()
-    assert gap[~contact].min() > -1e-6 * approach
-    np.testing.assert_allclose(fields["gap"][~contact], gap[~contact], atol=1e-7 * approach)
+    assert gap[~contact].min() > -3e-6 * approach
+    np.testing.assert_allclose(fields["gap"][~contact], gap[~contact], atol=3e-6 * approach)
     assert not fields["gap"][contact].any()
     inner = contact.copy()
     for _ in range(3):

@@ -289,7 +289,7 @@ class Resolution:
                 return SPREAD * self.narrow
             case "pressure":
                 # A border that is off by a share of its element moves load as low as the pressure there.
-                return self.one_place * 2.2 / self.elements
+                return found * 2.2 / self.elements
             case "diffused mean":
                 return SPREAD * self.narrow + found
             case "resultant" if self.derived.kinematics.slip_varies:
