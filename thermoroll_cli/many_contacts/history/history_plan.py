@@ -35,12 +35,18 @@ FEW = 6
 """Steps below which errors are doubtful."""
 OF_BEGINNING, OF_STEP = 50, 14
 """Applications of the steady state at the beginning and of a step, as measured on 16 to 64 elements."""
-STEP_SECONDS, TABLE_SECONDS, EXPANSION_SECONDS = 7e-3, 1e-4, 5e-4
-"""Seconds of a step besides its applications, and of a table of temperatures and of thermal expansion over time."""
+MOST_SECONDS = 40.0
+"""Estimated seconds on one core up to which elements and steps are doubled for an accuracy."""
+APPLICATION_SECONDS = 8e-4, 4.5e-7
+"""Seconds of an application of the tangential operator with its share of a step, and more of them for each element."""
+TABLE_SECONDS, EXPANSION_SECONDS = (4e-4, 2e-7), (1e-3, 4e-6)
+"""The same for a table of temperatures and of thermal expansion over time."""
 FELT = 8.0
 """Half-lengths of the contact over which heat is carried on a grid until it has left it."""
 FIELDS = 60
 """Padded fields of the solvers on a grid."""
+CHANGE_SPEEDS = {SPEED, "creepage.longitudinal", "creepage.lateral"}
+"""Keys that change how far the material drifts in a step."""
 NEW_TABLES = 6
 """Ages of heat whose tables are new in a step of equal ones; that of all heat before the history takes as long as five."""
 
@@ -182,8 +188,9 @@ def plan_of(history: History) -> HistoryPlan:
     exchanged = history.problem.heating.partition == "matched"
     past = (2 + exchanged + tables + tables // 2) * max(counts) * 32 * nx * (ny + 1) if tables else 0
     applications, seconds = zip(*(_cost(history, shape, count) for shape, counts in grids for count in counts), strict=True)
-    return HistoryPlan(grids, sum(applications), 8 * 4 * nx * ny * FIELDS + past, past, sum(seconds),
-                       sum(seconds[:3]) if accurate else None)
+    most = min(sum(seconds), MOST_SECONDS) if accurate else sum(seconds)
+    return HistoryPlan(grids, sum(applications), 8 * 4 * nx * ny * FIELDS + past, past, most,
+                       min(sum(seconds[:3]), most) if accurate else None)
 
 
 def _effects(history: History) -> tuple[int, bool]:
@@ -196,17 +203,26 @@ def _effects(history: History) -> tuple[int, bool]:
 
 
 def _cost(history: History, shape: tuple[int, int], steps: int) -> tuple[int, float]:
-    """Applications and seconds of one run; transforms take the time that they do in the plan of a contact."""
-    padded, (tables, hot) = 4 * shape[0] * shape[1], _effects(history)
-    iterations = 2 if hot else 1
-    applications = OF_BEGINNING + OF_STEP * steps * iterations
-    seconds = applications * 4 * padded * math.log2(padded) * 4e-10 + steps * STEP_SECONDS * iterations
+    """Applications and seconds of one run."""
+    applications = OF_BEGINNING + OF_STEP * steps * (2 if _effects(history)[1] else 1)
+    return applications, seconds_of(history, shape, steps, applications)
+
+
+def seconds_of(history: History, shape: tuple[int, int], steps: int, applications: int) -> float:
+    """Estimated seconds of a run with so many `applications` in all of its `steps`."""
+    elements, (tables, hot) = shape[0] * shape[1], _effects(history)
+
+    def each(seconds: tuple[float, float]) -> float:
+        return seconds[0] + seconds[1] * elements
+
+    seconds = applications * each(APPLICATION_SECONDS)
     if tables:
-        ages = 0.5 * steps if SPEED in history.course.values else NEW_TABLES
-        seconds += 2 * steps * ages * (2 * TABLE_SECONDS + hot * EXPANSION_SECONDS)
+        # Heat of each age has drifted to other places with each step where speeds change.
+        ages = 0.5 * steps if CHANGE_SPEEDS.intersection(history.course.values) else NEW_TABLES
+        seconds += 2 * steps * ages * (2 * each(TABLE_SECONDS) + hot * each(EXPANSION_SECONDS))
         # Temperatures are felt until the heat has left the grid.
         rolled = float(np.ptp(history.clock(history.course.rows)[1]))
         felt = steps if hot or not rolled else min(steps, FELT * DerivedQuantities(history.largest).scales.semi_axis_x
                                                    / rolled * steps)
-        seconds += 0.5 * steps * felt * tables * padded * 5e-9
-    return applications, seconds
+        seconds += 0.5 * steps * felt * tables * 4 * elements * 5e-9
+    return seconds

@@ -3,6 +3,7 @@ estimated errors, and the last state."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,9 +14,11 @@ import numpy as np
 from thermoroll_cli.many_contacts.history.course import History, OverTime, When
 from thermoroll_cli.many_contacts.history.history_plan import (
     FINER,
+    MOST_SECONDS,
     MOST_STEPS,
     check,
     grids_of,
+    seconds_of,
     shape_of,
     steps_of,
     warnings_of,
@@ -51,6 +54,9 @@ WORTH = 0.7
 """What twice the elements or steps have to leave of their error at most, so that they are doubled again before the others."""
 LOST = 1e-3
 """Share of the force that a state from a file loses between two grids, above which a warning says so."""
+
+MOST = {"steps": MOST_STEPS, "elements": FINER}
+"""How many times as many are tried at most."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
@@ -96,23 +102,24 @@ class _Solves:
 
     def until_accurate(self, extent: float, warnings: Sequence[str]) -> Result:
         """The result on twice the elements, or with twice the steps, again and again, until all rows are as accurate as asked,
-        or not even errors of second order would become so: what costs least first, until its own difference is half of the
-        accuracy, or no longer falls. Raises AtRim."""
-        accuracy, most = self.history.problem.numerics.accuracy or 0.0, {"steps": MOST_STEPS, "elements": FINER}
+        or not even errors of second order would become so on the finest that are tried, or in `MOST_SECONDS`: what costs least
+        first, until its own difference is half of the accuracy, or no longer falls. Raises AtRim."""
+        accuracy, spent = self.history.problem.numerics.accuracy or 0.0, 0.0
         cheapest = ["elements", "steps"] if self.history.problem.line else ["steps", "elements"]
-        at, way, level, largest = dict.fromkeys(most, 1), "", _Level(self.history, warnings), dict[str, float]()
+        at, way, level, largest = dict.fromkeys(MOST, 1), "", _Level(self.history, warnings), dict[str, float]()
         while True:
-            shape = shape_of(self.history, at["elements"])
-            self._solve(level, extent, shape, [steps_of(self.history, at["steps"])], so_far=way == "elements")
-            if len(level.pairs) < len(most):
-                way = next(each for each in most if each not in level.pairs)
+            shape, places = shape_of(self.history, at["elements"]), steps_of(self.history, at["steps"])
+            self._solve(level, extent, shape, [places], so_far=way == "elements")
+            spent += seconds_of(self.history, shape, len(places), level.applications)
+            if len(level.pairs) < len(MOST):
+                way = next(each for each in MOST if each not in level.pairs)
             else:
-                missed, by_way, before = level.missed(), {each: level.missed(each) for each in most}, largest
-                largest = {each: worst(by_way[each].get(name, 0.0) for name in missed) for each in most}
-                least = sum(largest[each] / FASTEST ** math.log2(most[each] / at[each]) for each in most)
-                if not missed or not least <= accuracy:
+                missed, by_way, before = level.missed(), {each: level.missed(each) for each in MOST}, largest
+                largest = {each: worst(by_way[each].get(name, 0.0) for name in missed) for each in MOST}
+                per_step, left = level.applications / len(places), MOST_SECONDS - spent
+                further = [each for each in cheapest if self._may_reach(at, each, largest, per_step, left)] if missed else []
+                if not further:
                     break
-                further = [each for each in cheapest if at[each] < most[each]]
                 worth = [each for each in further if largest[each] > 0.5 * accuracy
                          and not (each == way and largest[each] > WORTH * before.get(each, math.inf))]
                 way = worth[0] if worth else max(further, key=lambda each: largest[each])
@@ -124,10 +131,27 @@ class _Solves:
         if missed:
             tried = f"{' × '.join(map(str, found.work['grid']))} elements with {at['steps']} times the steps"
             reason = not_reached(
-                accuracy, missed, f"on {tried}, nor at best on the finest that are tried",
+                accuracy, missed, f"on {tried}, nor at best on the finest that are tried and that take less than "
+                f"{MOST_SECONDS:g} s",
                 "ask for less, or for others in numerics.accuracy_of, or set numerics.grid and history.steps")
             found = replace(found, converged=False, reason=found.reason or reason)
         return found
+
+    def _may_reach(
+        self, at: Mapping[str, int], way: str, largest: Mapping[str, float], per_step: float, left: float
+    ) -> bool:
+        """Whether with twice as much of one `way`, and as much as needed of the other, the errors that are the `largest` with
+        what there is now (`at`) would meet the accuracy if they fell as the `FASTEST` do, by one more run that takes no more
+        than the seconds `left` with so many applications `per_step`."""
+        doubled = {each: range(each == way, int(math.log2(most / at[each])) + 1) for each, most in MOST.items()}
+        for finer, shorter in itertools.product(doubled["elements"], doubled["steps"]):
+            shape = shape_of(self.history, at["elements"] * 2**finer)
+            steps = len(steps_of(self.history, at["steps"] * 2**shorter))
+            error = largest["elements"] / FASTEST**finer + largest["steps"] / FASTEST**shorter
+            if error <= (self.history.problem.numerics.accuracy or 0.0) and (
+                    seconds_of(self.history, shape, steps, round(per_step * steps)) <= left):
+                return True
+        return False
 
     def _solve(self, level: _Level, extent: float, shape: tuple[int, int], runs: Sequence[Array], *, so_far: bool) -> None:
         """Let the `level` have the steps of all `runs` over the course; reports have its result `so_far`. Raises AtRim."""
@@ -229,6 +253,11 @@ class _Level:
             return {name: math.nan for name in self.rows[0].scalars if name in SUBSURFACE_SCALARS}
         found = scalars_below(moment.here, moment.state.contact, DerivedQuantities(self.history.largest))
         return per_length(found) if self.history.problem.line else found
+
+    @property
+    def applications(self) -> int:
+        """Those of all rows."""
+        return sum(row.applications for row in self.rows)
 
     def result(self) -> Result:
         """The result up to now."""
