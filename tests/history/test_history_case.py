@@ -59,10 +59,9 @@ def test_columns_and_their_errors() -> None:
     assert history["distance_mm"] == pytest.approx(np.linspace(0.0, 7.0, 9))
     assert history["creepage.longitudinal"] == [0.001] + [0.003] * 8
     assert result["force_x_N"] == history["force_x_N"][-1] and result.uncertainty["force_x_N"] > 0.0
-    finest = solve(ball(numerics={"grid": 32}, history={"steps": 24}))
-    assert finest.history is not None
-    true = np.abs(np.array(history["force_x_N"]) - np.array(finest.history["force_x_N"])[::3])
-    assert (true <= np.array(history["uncertainty.force_x_N"])).all()
+    assert not result.warnings
+    finest = [0.047713, 0.060254, 0.071464, 0.081242, 0.089593, 0.096474, 0.10187, 0.10589, 0.10892]  # 32 × 32, 24 steps
+    assert (np.abs(np.array(history["force_x_N"]) - finest) <= np.array(history["uncertainty.force_x_N"])).all()
     assert history.to_dataframe()["heat_J"].is_monotonic_increasing
     frame = history.to_xarray()
     assert frame["force_x_N"].sizes == {"time_s": 9} and frame["heat_J"].attrs["units"] == "J" and frame["converged"].all()
@@ -98,22 +97,41 @@ def test_the_first_row_after_a_sudden_start_is_covered() -> None:
     assert given.history is not None and "uncertainty.force_x_N" not in given.history
 
 
-def test_few_steps_of_rolling_are_a_warning() -> None:
-    assert "few steps (3)" in " ".join(solve(ball(history={"steps": 3})).warnings)
-    assert not solve(ball(history={"steps": 6})).warnings
-
-
-def test_files_and_json(tmp_path: Path) -> None:
-    (tmp_path / "ball.toml").write_text(Case.from_dict(ball()).to_toml())
-    done = call("run", "ball.toml", "-o", "out", "--json", "--plots", "summary", cwd=tmp_path)
+def test_what_a_run_writes_and_what_is_drawn_and_reported_of_it(tmp_path: Path) -> None:
+    """The result file has the last state alone; the curves come from the table beside it, which is one as that of a sweep."""
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(numerics={"grid": 8}, history={"steps": 2})).to_toml())
+    done = call("run", "ball.toml", "-o", ".", "--json", "--report", "--plots", "summary", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
-    with (tmp_path / "out" / "ball_history.csv").open() as file:
+    assert "few steps (2)" in " ".join(record["warnings"])
+    with (tmp_path / "ball_history.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(row["force_x_N"]) for row in rows] == record["history"]["force_x_N"]
-    assert {"out/ball.h5", "out/ball_history.csv", "out/ball_history.png"} <= set(record["files"])
+    assert {"ball.h5", "ball_history.csv", "ball_history.png"} <= {Path(name).name for name in record["files"]}
     assert record["force_x_N"] == record["history"]["force_x_N"][-1]
-    assert read_result(tmp_path / "out" / "ball.h5")["heat_J"] == record["history"]["heat_J"][-1]
+    whole = (tmp_path / "ball_report.html").read_text()
+    assert "3 of 3 states converged" in whole and "frictional heat since the start" in whole
+    result = read_result(tmp_path / "ball.h5")
+    assert result["heat_J"] == record["history"]["heat_J"][-1] and result.last_of == "the last state, at 7 mm"
+    with matplotlib.rc_context():
+        picture = figure(result, "traction")
+    assert picture is not None and "the last state, at 7 mm" in picture.get_suptitle()
+    for command in (("plot", "ball_history.csv", "-o", "again"), ("report", "ball_history.csv"), ("report", "ball.h5"),
+                    ("plot", "ball.h5", "--format", "svg")):
+        done = call(*command, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "again" / "ball_history.png").exists()
+    assert (tmp_path / "ball_history.svg").exists() and "ball_history.svg" in done.stdout
+    assert "over distance rolled, from 0 to 7 mm: 3 of 3 states converged" in (tmp_path / "ball_history_report.html").read_text()
+    page = (tmp_path / "ball_report.html").read_text(encoding="utf-8")
+    assert "A contact over distance rolled, from 0 to 7 mm" in page and "The last state, at 7 mm, of two bodies" in page
+    assert "friction_limit_N" in page and "creep force" in page
+    read = read_table(tmp_path / "ball_history.csv")
+    assert read.of_history and read.label == ("distance_mm", "creepage.longitudinal") and "values" in read.case_text
+    (tmp_path / "ball_history.h5").unlink()
+    (tmp_path / "ball_history.csv").unlink()
+    assert call("report", tmp_path / "ball.h5", "-o", tmp_path / "alone.html").returncode == 0
+    assert "The last state, at 7 mm, of two bodies" in (tmp_path / "alone.html").read_text(encoding="utf-8")
 
 
 def test_show_has_steps_grids_and_what_heat_takes(tmp_path: Path) -> None:
@@ -142,25 +160,9 @@ def test_the_progress_of_a_history_ends_with_its_last_step() -> None:
     assert reports == plan_of(task).steps
 
 
-def test_a_table_over_time_is_drawn_and_reported_as_that_of_a_sweep(tmp_path: Path) -> None:
-    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 2})).to_toml())
-    table = tmp_path / "ball_history.csv"
-    for command in (("run", tmp_path / "ball.toml", "-o", tmp_path, "--report", "--plots", "summary"),
-                    ("plot", table, "-o", tmp_path / "again"), ("report", table)):
-        done = call(*command)
-        assert done.returncode == 0, done.stderr
-    assert (tmp_path / "again" / "ball_history.png").exists()
-    page = (tmp_path / "ball_history_report.html").read_text()
-    assert "over distance rolled, from 0 to 7 mm: 3 of 3 states converged" in page
-    whole = (tmp_path / "ball_report.html").read_text()
-    assert "3 of 3 states converged" in whole and "frictional heat since the start" in whole
-    read = read_table(tmp_path / "ball_history.csv")
-    assert read.of_history and read.label == ("distance_mm", "creepage.longitudinal") and "values" in read.case_text
-
-
 def test_a_picture_that_is_not_drawn_is_not_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("thermoroll_cli.studies.sweeps.table_picture.MOST_DRAWN", 2)
-    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 2})).to_toml())
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(numerics={"grid": 8}, history={"steps": 2})).to_toml())
     done = call("run", tmp_path / "ball.toml", "-o", tmp_path, "--plots", "summary")
     assert done.returncode == 0 and "no picture: more than 2 points" in done.stdout, done.stderr
     assert "ball_summary.png" in done.stdout and "ball_history.png" not in done.stdout
@@ -168,7 +170,7 @@ def test_a_picture_that_is_not_drawn_is_not_listed(tmp_path: Path, monkeypatch: 
 
 
 def test_fields_of_some_rows_and_their_animation(tmp_path: Path) -> None:
-    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"fields_every": 4})).to_toml())
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(numerics={"grid": 8}, history={"fields_every": 4})).to_toml())
     for command in (("run", tmp_path / "ball.toml", "-o", tmp_path, "--no-plots"),
                     ("plot", tmp_path / "ball_history.h5", "--animate", "distance_mm", "-o", tmp_path)):
         done = call(*command, painted=True)
@@ -251,17 +253,16 @@ def test_what_is_wrong_with_a_record(tmp_path: Path, text: str, message: str) ->
 def test_elements_and_steps_until_every_row_is_accurate() -> None:
     """Every row is within the accuracy of a solution with six times the steps; a better accuracy takes more work."""
     wave = {"distance_mm": [0, 2, 5, 7], "values": {"creepage.longitudinal": [0.001, 0.0013, 0.0017, 0.002]}}
-    fine = solve({**ball(), "numerics": {"grid": 48}, "history": {**wave, "steps": 42}}).history
+    fine = [0.047613, 0.048184, 0.049752, 0.052158, 0.055227, 0.058831, 0.062904, 0.06738]  # 48 × 48 elements, 42 steps
     case = {**ball(), "numerics": {"accuracy": 0.02, "accuracy_of": ["forces"]}, "history": {**wave, "steps": 7}}
-    assert fine is not None
     applications = [0]
-    for accuracy in (0.02, 0.003):
+    for accuracy in (0.02, 0.004):
         case["numerics"]["accuracy"] = accuracy
         found = solve(case)
         assert found.converged and found.history is not None and len(found.history["time_s"]) == 8
         limit = np.array(found.history["friction_limit_N"])
         errors = np.array(found.history["uncertainty.force_x_N"]) / limit
-        true = np.abs(np.array(found.history["force_x_N"]) - np.array(fine["force_x_N"])[::6]) / limit
+        true = np.abs(np.array(found.history["force_x_N"]) - fine) / limit
         assert (true <= errors).all() and errors.max() <= accuracy
         applications.append(found.work["applications"])
     assert applications == sorted(set(applications))
@@ -272,7 +273,7 @@ def test_an_accuracy_that_no_grid_would_reach_is_given_up_soon() -> None:
     no share of itself on 256 elements a side, and the forces, which are given, and the pressure are."""
     case = ball(rolling={"speed_m_s": 0.0}, history={}, numerics={"grid": None, "accuracy": 0.05})
     case["history"] = {"time_s": [0, 1], "values": {"force.longitudinal_N": [-0.01, 0.0], "load.normal_N": [0.3, 0.6]},
-                       "steps": 6, "begin": "pressed"}
+                       "steps": 3, "begin": "pressed"}
     found = solve(case)
     assert not found.converged and found.work["grid"][0] <= 64
     assert "Q_F_W is good to" in found.reason and "or for others in numerics.accuracy_of" in found.reason
@@ -303,11 +304,11 @@ def test_a_sweep_keeps_the_history_of_each_point(tmp_path: Path) -> None:
 def test_a_fit_to_a_record_over_time() -> None:
     """Data of finer steps between the rows; without noise the coefficient of friction is found. On the grid of the case, which
     the tolerance allows: 2 % of friction."""
-    fine = solve(ball(numerics={"grid": 12}, history={"steps": 14})).history
+    fine = solve(ball(numerics={"grid": 8}, history={"steps": 6})).history
     assert fine is not None
-    rows = [2, 5, 9, 14]
+    rows = [2, 6]
     data = {"distance_mm": [fine["distance_mm"][row] for row in rows], "force_x_N": [fine["force_x_N"][row] for row in rows]}
-    found = fit(ball(load={"friction_coefficient": 0.35}, history={"steps": 7}, numerics={"grid": 12}), data,
+    found = fit(ball(load={"friction_coefficient": 0.35}, history={"steps": 3}, numerics={"grid": 8}), data,
                 ["load.friction_coefficient=0.3:0.5"])
     value = found.parameters["load.friction_coefficient"]
     assert found.converged and value.value == pytest.approx(0.4, abs=max(0.02, value.uncertainty_95))
@@ -319,7 +320,7 @@ def test_a_fit_to_a_record_over_time() -> None:
 
 
 def test_an_interruption_keeps_the_rows_and_resume_goes_on(tmp_path: Path) -> None:
-    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 30})).to_toml())
+    (tmp_path / "ball.toml").write_text(Case.from_dict(ball(history={"steps": 20})).to_toml())
     with subprocess.Popen([sys.executable, "-m", "thermoroll_cli", "run", "ball.toml", "-o", ".", "-v", "--no-plots"],
                           cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
         assert running.stderr is not None
@@ -330,7 +331,7 @@ def test_an_interruption_keeps_the_rows_and_resume_goes_on(tmp_path: Path) -> No
         rest = running.stderr.read()
     assert running.returncode == 130 and "rows up to here" in rest and "--resume goes on" in rest
     rows = read_table(tmp_path / "ball_history.csv")
-    assert 1 <= rows.count < 30 and "uncertainty.force_x_N" in rows and not (tmp_path / "ball.h5").exists()
+    assert 1 <= rows.count < 20 and "uncertainty.force_x_N" in rows and not (tmp_path / "ball.h5").exists()
     again = "run", tmp_path / "ball.toml", "-o", tmp_path, "--no-plots", "--resume"
     other = call(*again, "--set", "load.friction_coefficient=0.3")
     assert other.returncode == 5 and "ball_history.jsonl: of another history" in other.stderr
@@ -344,7 +345,7 @@ def test_an_interruption_keeps_the_rows_and_resume_goes_on(tmp_path: Path) -> No
 def test_a_killed_history_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
     """The same bytes, but for times: table, record, and every array of both files."""
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball(
-        material=WARM, thermal={"partition": "matched"}, history={"steps": 12, "fields_every": 4})).to_toml())
+        numerics={"grid": 12}, history={"steps": 8, "fields_every": 4})).to_toml())
     command = "run", str(tmp_path / "ball.toml"), "--no-plots", "--json", "--reproducible", "-o", str(tmp_path / "results")
 
     def run(*options: str) -> list[Any]:
@@ -357,8 +358,8 @@ def test_a_killed_history_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-m", "thermoroll_cli", *command, "-v"], stdout=subprocess.DEVNULL,
                           stderr=subprocess.PIPE, text=True) as running:
         assert running.stderr is not None
-        for number, _ in enumerate(line for line in running.stderr if "grid 16×16" in line):
-            if number == 5:
+        for number, _ in enumerate(line for line in running.stderr if "grid 12×12" in line):
+            if number == 4:
                 running.kill()
     assert running.returncode == -signal.SIGKILL and (tmp_path / "results" / "ball_history.jsonl").exists()
     assert run("--resume") == whole
@@ -390,7 +391,7 @@ def test_a_history_goes_on_with_all_that_it_remembers(
     tables: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """From any step on, to the same bits, and it solves none of the kept steps again."""
-    case = Case.from_dict(ball(**{**tables, "history": {"steps": 6, **tables.get("history", {})}}))
+    case = Case.from_dict(ball(**{**tables, "numerics": {"grid": 12}, "history": {"steps": 4, **tables.get("history", {})}}))
     solved, path = list[Any](), tmp_path / "steps.jsonl"
     steps = "thermoroll_cli.many_contacts.history.steps"
     monkeypatch.setattr(f"{steps}.fixed_point", lambda *a, **k: solved.append(a) or fixed_point(*a, **k))
@@ -423,13 +424,10 @@ def test_nothing_rolls() -> None:
 
 
 def test_the_power_of_a_row_at_rest_is_the_mean_since_the_row_before() -> None:
-    """Also where the force turns back between two rows, and with steps between them: the heat since then over the time, which
-    48 × 48 elements and twelve times the steps know."""
+    """Also where the force turns back between two rows, and with steps between them: the heat since then over the time."""
     case = ball(rolling={"speed_m_s": 0.0}, history={}, numerics={"grid": 24})
     case["history"] = {"time_s": [0, 1.2, 2], "values": {"force.longitudinal_N": [0, 0.14, -0.06]}, "steps": 4}
-    fine = solve({**case, "numerics": {"grid": 48}, "history": {**case["history"], "steps": 48}}).history
-    assert fine is not None
-    powers = np.diff(np.array(fine["heat_J"])[::12]) / 0.5
+    powers = [1.8959e-08, 1.8443e-07, 2.2734e-07, 2.2149e-07]  # of 48 × 48 elements and 48 steps
     for numerics in ({"grid": 24}, {"accuracy": 0.1, "accuracy_of": ["Q_F_W"]}):
         result = solve({**case, "numerics": numerics})
         found = result.history
@@ -609,7 +607,7 @@ def test_steady_heat_stays_and_is_approached() -> None:
 
 def test_half_the_speed_and_diffusivity_is_half_as_warm() -> None:
     fast, slow = (
-        solve(warm("pressed", slow=slow, numerics={"grid": 12}, history={"steps": 14})).history for slow in (1.0, 2.0)
+        solve(warm("pressed", slow=slow, numerics={"grid": 8}, history={"steps": 8})).history for slow in (1.0, 2.0)
     )
     assert fast is not None and slow is not None
     for name in TEMPERATURES:
@@ -656,7 +654,7 @@ def test_heat_at_rest() -> None:
 def hot(**tables: dict[str, Any]) -> tuple[dict[str, Any], list[Any]]:
     """A steel ball that slides with half its rolling speed of 20 m/s, without its history, and what it is over time: from the
     steady state, and from nothing."""
-    case = ball(numerics={"grid": 14}, geometry={"upper_radius_x_mm": 15.0, "upper_radius_y_mm": 15.0}, **tables)
+    case = ball(numerics={"grid": 10}, geometry={"upper_radius_x_mm": 15.0, "upper_radius_y_mm": 15.0}, **tables)
     case["material"] = {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28, "conductivity_W_mK": 50, "expansion_um_mK": 11.7,
                         "diffusivity_mm2_s": 10}
     case |= {"load": {"normal_N": 65, "friction_coefficient": 0.3}, "rolling": {"speed_m_s": 20.0, "differential_slip": False}}
@@ -737,17 +735,17 @@ def test_an_error_is_no_larger_than_what_its_row_can_have() -> None:
 def test_an_accuracy_takes_steps_where_steps_err(begin: str, forces: list[float], heats: list[float]) -> None:
     """A creepage that passes through 0 in four steps, each three times as long as the contact: steps err, and are added, not
     elements (256 × 256 in 48 processor seconds before). `forces` (N) and `heats` (W) are those of 64 × 64 and 128 steps."""
-    found = solve(ball(numerics={"grid": None, "accuracy": 0.05}, history={
+    found = solve(ball(numerics={"grid": None, "accuracy": 0.1}, history={
         "distance_mm": [0, 56], "steps": 4, "begin": begin, "values": {"creepage.longitudinal": [0.003, -0.003]}}))
     assert found.converged and found.work["grid"] == [32, 32] and found.history is not None
-    assert found.history["force_x_N"] == pytest.approx(forces, abs=0.05 * max(forces))
-    assert found.history["Q_F_W"] == pytest.approx(heats, abs=0.05 * max(heats))
+    assert found.history["force_x_N"] == pytest.approx(forces, abs=0.1 * max(forces))
+    assert found.history["Q_F_W"] == pytest.approx(heats, abs=0.1 * max(heats))
 
 
 def test_unlike_bodies_go_on_from_a_file_where_they_stood() -> None:
     """Their shear has changed the pressure, which has moved their surfaces: a history cut in two is the whole."""
     unlike = {"lower": BALL["material"], "upper": {"youngs_modulus_GPa": 0.02, "poisson_ratio": 0.28}}
-    still = ball(material={**unlike, "youngs_modulus_GPa": None, "poisson_ratio": None}, rolling={"speed_m_s": 0.0})
+    still = ball(numerics={"grid": 10}, material={**unlike, "youngs_modulus_GPa": None, "poisson_ratio": None}, rolling={"speed_m_s": 0.0})
     still["history"] = {"time_s": [0, 1, 2, 3], "values": {"shift.longitudinal_um": [0, 4, 8, 12]}}
     whole, task = solve(still), Case.from_dict(still).task
     assert isinstance(task, History) and whole.history is not None
@@ -791,24 +789,3 @@ def test_a_domain_smaller_than_the_contact_grows_with_a_warning() -> None:
     single = solve({name: table for name, table in case.items() if name != "history"})
     warning = "numerics.extent = 1.5 is smaller than the contact: grown to 2.1"
     assert warning in over_time.warnings and warning in single.warnings and over_time.work["extent"] == 2.1
-
-
-def test_what_is_drawn_and_reported_of_a_stored_history_says_when_it_is(tmp_path: Path) -> None:
-    """The result file has the last state alone; the curves come from the table beside it."""
-    (tmp_path / "ball.toml").write_text(tomli_w.dumps(ball(numerics={"grid": 8}, history={"steps": 4})))
-    assert call("run", tmp_path / "ball.toml", "-o", tmp_path, "--no-plots", "-q").returncode == 0
-    result = read_result(tmp_path / "ball.h5")
-    assert result.last_of == "the last state, at 7 mm"
-    with matplotlib.rc_context():
-        picture = figure(result, "traction")
-    assert picture is not None and "the last state, at 7 mm" in picture.get_suptitle()
-    assert call("report", tmp_path / "ball.h5").returncode == 0
-    page = (tmp_path / "ball_report.html").read_text(encoding="utf-8")
-    assert "A contact over distance rolled, from 0 to 7 mm" in page and "The last state, at 7 mm, of two bodies" in page
-    assert "friction_limit_N" in page and "creep force" in page
-    drawn = call("plot", tmp_path / "ball.h5", "--format", "svg")
-    assert (tmp_path / "ball_history.svg").exists() and "ball_history.svg" in drawn.stdout
-    (tmp_path / "ball_history.h5").unlink()
-    (tmp_path / "ball_history.csv").unlink()
-    assert call("report", tmp_path / "ball.h5", "-o", tmp_path / "alone.html").returncode == 0
-    assert "The last state, at 7 mm, of two bodies" in (tmp_path / "alone.html").read_text(encoding="utf-8")

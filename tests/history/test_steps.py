@@ -146,7 +146,7 @@ def test_rows_pass_over_no_turning_point_without_rolling() -> None:
 def test_from_a_shift_to_rolling() -> None:
     """A force that has shifted the bodies drives them when they roll: it ends in steady rolling."""
     force = 0.657 * MU * WEIGHT
-    problem = ball(24, force=(0.0, None))
+    problem = ball(16, force=(0.0, None))
     rows = np.concatenate([np.linspace(0.0, 1.0, 4), 1.0 + np.linspace(0.0, 14.0, 29)[1:]])
     moments = history(problem, (0.0, 1.0, 1.0, 15.0), {
         "rolling.speed_m_s": (0.0, 0.0, 1e-3, 1e-3), "force.longitudinal_N": (0.0, force, force, force)},
@@ -206,7 +206,7 @@ PLACES, ROWS = (0.0, 3e-3, 6e-3), np.linspace(0.0, 6e-3, 9)
 
 def test_mirror_and_exchange() -> None:
     """On any grid."""
-    problem = replace(ball(12), **UNLIKE)
+    problem = replace(ball(10), **UNLIKE)
     found = forces(history(problem, PLACES, LOADED, rows=ROWS))
     mirrored = {key: [-value for value in given] if key in (ACROSS, SPIN) else given for key, given in LOADED.items()}
     other = forces(history(problem, PLACES, mirrored, rows=ROWS))
@@ -271,7 +271,7 @@ def test_loads_that_change() -> None:
     """Elements and steps halved: the forces agree with those of the finer ones to second order."""
     wave = 1.0 + 0.3 * np.sin(2.0 * math.pi * np.linspace(0.0, 14e-3, 57) / 7e-3)
     found = []
-    for n, steps in ((12, 14), (24, 28)):
+    for n, steps in ((8, 14), (16, 28)):
         moments = history(ball(n), np.linspace(0.0, 14e-3, 57), {"load.normal_N": WEIGHT * wave, ALONG: [0.0015] * 57},
                           rows=np.linspace(0.0, 14e-3, steps + 1))
         assert column(moments, "normal_N") == pytest.approx(WEIGHT * wave[:: 56 // steps])

@@ -142,7 +142,7 @@ def test_rows_beyond_friction_have_a_reason_and_spoil_no_other(tmp_path: Path) -
 def test_rows_without_friction_have_no_error_of_friction() -> None:
     """The rails feel no force along the track there, and ± of other rows are no larger than μN besides the force."""
     slippery = {"distance_mm": [0, 4, 8], "steps": 2, "values": {"load.friction_coefficient": [0.0, 1e-3, 0.4]}}
-    found = solve(wheel(history=slippery, numerics={"grid": 16})).history
+    found = solve(wheel(history=slippery)).history
     assert found is not None
     for name in ("track_force_x_N", "track_force_x_right_N", "Q_F_W", "shear_max_MPa"):
         assert found[name][0] == found[f"uncertainty.{name}"][0] == 0.0 < found[f"uncertainty.{name}"][2]
@@ -151,7 +151,7 @@ def test_rows_without_friction_have_no_error_of_friction() -> None:
 
 
 def test_a_file_goes_on_where_it_ended(tmp_path: Path) -> None:
-    coarse = {"grid": 12}
+    coarse = {"grid": 8}
     whole = column(wheel(history={"distance_mm": [0, 4], "steps": 4}, numerics=coarse), "track_force_x_N")
     for name, begin in (("first", "pressed"), ("second", "first.h5")):
         half = wheel(history={"distance_mm": [0, 2], "steps": 2, "begin": begin}, numerics=coarse)
@@ -176,7 +176,7 @@ def test_a_file_goes_on_where_it_ended(tmp_path: Path) -> None:
     ({"history": {"values": {"rolling.speed_m_s": [1.0, 0.0]}}}, "a wheelset over time rolls"),
     ({"history": {"values": {"wheelset.yaw_mrad": [0.0, 1.0]}}, "wheelset": {"yaw_rate_mrad_s": 1.0}}, "follows from the path"),
     ({"history": {"length_mm": 3.0}}, "length_mm"),
-        ({"subsurface": {"points": 9}}, "subsurface"),
+    ({"subsurface": {"points": 9}}, "subsurface"),
 ])  # fmt: skip
 def test_what_is_refused_is_named(changes: dict[str, Any], key: str) -> None:
     with pytest.raises(CaseError) as caught:

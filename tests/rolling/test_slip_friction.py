@@ -329,7 +329,7 @@ def test_the_end_of_stick_converges_at_first_order_with_steep_friction() -> None
 @pytest.mark.parametrize("branch", BRANCHES["branches"][:1], ids=lambda branch: str(branch["force_over_mu0W"]))
 def test_a_force_below_the_maximum_belongs_to_two_creepages(branch: dict) -> None:
     limit = BRANCHES["input"]["friction"] * BRANCHES["input"]["normal_N"]
-    result = solve(case({**BRANCHES["input"], "force_N": branch["force_over_mu0W"] * limit}, 96))
+    result = solve(case({**BRANCHES["input"], "force_N": branch["force_over_mu0W"] * limit}, 48))
     assert result.converged
     assert result.coupled.scalars["creepage_longitudinal"] == pytest.approx(branch["creepage_low"], rel=1e-3)
     assert result.of_problem["creepage_falling_branch"] == pytest.approx(branch["creepage_high"], rel=5e-3)
@@ -352,9 +352,9 @@ def test_a_force_above_the_maximum_is_told_at_bounded_cost() -> None:
     """The reason names the maximum and its creepage; the whole takes less work than fifteen solutions."""
     inputs = BRANCHES["input"]
     solver, points = ContactSolver(), []
-    problem = case({**inputs, "force_N": 0.97 * inputs["friction"] * inputs["normal_N"]}, 64)
+    problem = case({**inputs, "force_N": 0.97 * inputs["friction"] * inputs["normal_N"]}, 32)
     result = solver.solve(problem, report=lambda stage, info: points.append(info.get("applications", 0)))
-    one = solver.solve(case(inputs, 64))
+    one = solver.solve(case(inputs, 32))
     assert not result.converged and "is 32" in result.reason and "at a creepage of 0.017" in result.reason
     # Coarser grids of a solution cost about a third of the finest one.
     assert sum(points) < 15 * sum(level["applications"] for level in one.work["levels"])

@@ -126,7 +126,7 @@ def rms_over_cases(n: int, name: str) -> float:
 
 def test_forces_and_heat_converge_at_their_order():
     """Extrapolated: beyond the second order of one grid, which against N = 128 looks like 2.2, and first order like 1.4."""
-    sides = [16, 24, 32, 48, 64]
+    sides = [16, 32, 64]
     for name, at_64 in (("force_x", 5e-5), ("force_y", 1e-4), ("moment", 1e-4), ("heat", 2e-4)):
         errors = [rms_over_cases(n, name) for n in sides]
         assert order(sides, errors) > 2.5, name

@@ -298,7 +298,7 @@ def test_slender_contact_rolls_freely_like_its_strips():
     errors = []
     for aspect in (0.1, 0.05, 0.02):
         motion = Motion(1.0, None, 0.0, 0.0, force_x=0.0, differential_slip=False)
-        problem = on_grid(Problem(lower, upper, ellipse(aspect), 1000.0, Friction(1e-3), motion, MECHANICAL), 48)
+        problem = on_grid(Problem(lower, upper, ellipse(aspect), 1000.0, Friction(1e-3), motion, MECHANICAL), 24)
         derived, result = DerivedQuantities(problem), solve(problem)
         assert result.converged
         strips = 2.0 * math.pi * derived.bodies.coupling_constant * derived.hertz.peak_pressure * 0.5 ** (1.0 / 3.0)
@@ -357,7 +357,7 @@ def test_differences_shrink_under_refinement():
 @pytest.mark.parametrize("heating", [MECHANICAL, Heating(peclet="stationary")])
 def test_equal_materials_given_twice(heating):
     """Nothing changes, and the plan says why."""
-    once = on_grid(Problem(STEEL, STEEL, spheres(0.03), 65.0, Friction(0.3), Motion(200.0, 0.003, 0.0005, 1.0), heating), 32)
+    once = on_grid(Problem(STEEL, STEEL, spheres(0.03), 65.0, Friction(0.3), Motion(200.0, 0.003, 0.0005, 1.0), heating), 12)
     twice = replace(once, upper=Material(210e9, 0.28, 50.2, 11.7e-6, 10e-6))
     first, second = solve(once), solve(twice)
     assert "same elastic constants" in make_plan(twice).skipped["elastic coupling"]
@@ -403,7 +403,7 @@ def test_free_rolling_runs_without_creepage():
 @pytest.mark.parametrize("name", CASES)
 def test_bodies_that_change_places(name):
     """Tractions and slip change their signs with all creepages; pressures, heat and areas stay."""
-    first, second = solved(name, 32), solve(turned(contact_case(name, 32)))
+    first, second = solved(name, 16), solve(turned(contact_case(name, 16)))
     for field in ("pressure", "gap", "heat_flux", "displacement_elastic"):
         expected = first.coupled.fields[field]
         np.testing.assert_allclose(second.coupled.fields[field], expected, atol=1e-9 * np.abs(expected).max())
@@ -413,10 +413,10 @@ def test_bodies_that_change_places(name):
 
 
 def test_mirrored_in_the_rolling_direction():
-    problem = contact_case("alu_ceramic_mixed", 32)
+    problem = contact_case("alu_ceramic_mixed", 16)
     m = problem.motion
     mirrored = solve(replace(problem, motion=replace(m, creepage_y=-m.creepage_y, spin=-m.spin))).coupled.fields
-    fields = solved("alu_ceramic_mixed", 32).coupled.fields
+    fields = solved("alu_ceramic_mixed", 16).coupled.fields
     for name, sign in (("pressure", 1), ("shear_x", 1), ("shear_y", -1), ("gap", 1)):
         scale = np.abs(fields[name]).max()
         np.testing.assert_allclose(mirrored[name][:, ::-1], sign * fields[name], atol=2e-3 * scale)
@@ -436,17 +436,17 @@ def test_rolling_moment_pays_for_the_heat(name):
 
 def test_gap_is_made_of_its_parts():
     """h = h_i + u_z^e − δ, where u_z^e contains what the tractions do."""
-    result, problem = solved("free_rolling", 64), contact_case("free_rolling", 64)
+    result, problem = solved("free_rolling", 32), contact_case("free_rolling", 32)
     fields = result.coupled.fields
     shape = DerivedQuantities(problem).hertz.undeformed_gap(result.x[:, None], result.y[None, :])
     apart = shape + fields["displacement_elastic"]
     outside = fields["pressure"] == 0.0
-    np.testing.assert_allclose((apart - apart[32, 32])[outside], fields["gap"][outside],
+    np.testing.assert_allclose((apart - apart[16, 16])[outside], fields["gap"][outside],
                                atol=1e-4 * DerivedQuantities(problem).hertz.approach)  # fmt: skip
 
 
 def test_prescribed_force():
-    problem = contact_case("free_rolling", 48)
+    problem = contact_case("free_rolling", 24)
     free = replace(problem, motion=Motion(1.0, None, 0.0, 0.0, force_x=0.0))
     found = solve(free)
     assert found.converged
@@ -460,7 +460,7 @@ def test_prescribed_force():
 def test_strong_coupling():
     """β = ½, μ = 1: nothing worse exists among half-spaces."""
     soft, rigid = Material(1e9, 0.0), Material(1e15, 0.3)
-    problem = on_grid(Problem(soft, rigid, ellipse(3.0), 50.0, Friction(1.0), Motion(1.0, 0.002, 0.01), MECHANICAL), 32, 2.75)
+    problem = on_grid(Problem(soft, rigid, ellipse(3.0), 50.0, Friction(1.0), Motion(1.0, 0.002, 0.01), MECHANICAL), 16, 2.75)
     result = solve(problem)
     assert DerivedQuantities(problem).dundurs_beta == pytest.approx(0.5, abs=1e-5)
     assert result.converged
@@ -469,14 +469,14 @@ def test_strong_coupling():
 
 def test_sweeps_start_from_their_neighbour_but_never_from_other_bodies():
     solver = Solver()
-    problem = contact_case("polymer_lower", 48)
+    problem = contact_case("polymer_lower", 16)
     solver.solve(problem)
     neighbour = replace(problem, motion=Motion(1.0, 0.0042))
     warm, cold = solver.solve(neighbour), solve(neighbour)
     limit = problem.traction_limit
     assert warm.coupled.scalars["force_x_N"] == pytest.approx(cold.coupled.scalars["force_x_N"], abs=1e-4 * limit)
     other = turned(neighbour)
-    discretisation = Discretisation(DerivedQuantities(problem), (48, 48), 2.2)
+    discretisation = Discretisation(DerivedQuantities(problem), (16, 16), 2.2)
     assert discretisation.has_kernels_of(DerivedQuantities(neighbour))
     assert not discretisation.has_kernels_of(DerivedQuantities(other))
     force = solver.solve(other).coupled.scalars["force_x_N"]
@@ -488,7 +488,7 @@ def test_sweeps_start_from_their_neighbour_but_never_from_other_bodies():
 
 def hot(lower: Material, upper: Material, creepage: float, speed: float = 100.0, peclet: str = "stationary") -> Problem:
     heating = Heating(peclet=peclet)  # type: ignore[arg-type]
-    return on_grid(Problem(lower, upper, spheres(0.03), 65.0, Friction(0.3), Motion(speed, creepage), heating), 32)
+    return on_grid(Problem(lower, upper, spheres(0.03), 65.0, Friction(0.3), Motion(speed, creepage), heating), 16)
 
 
 def test_heat_and_shear_share_one_fixed_point():

@@ -17,7 +17,7 @@ from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import solve
 
-N = 48
+N = 32
 
 
 def carried(result: Result) -> dict[str, float]:
@@ -159,7 +159,7 @@ def test_prescribed_force_in_the_coupled_state():
 # --- symmetries ---------------------------------------------------------------------------------------------------
 
 MIXED = replace(
-    rolling(grid=(36, 32), geometry=ellipse(0.6), creepage=(1e-3, 6e-4), spin=3.0, heating=Heating()),
+    rolling(grid=(18, 16), geometry=ellipse(0.6), creepage=(1e-3, 6e-4), spin=3.0, heating=Heating()),
     normal_force=100.0,
 )
 HOT = replace(MIXED, motion=Motion(150.0, 2e-3, 1e-3, 2.0, differential_slip=False), heating=Heating(peclet="stationary"))

@@ -65,7 +65,7 @@ class Disc:
 # --- the linear problem -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("n", [32, 96])
+@pytest.mark.parametrize("n", [48])
 @pytest.mark.parametrize(
     ("lower", "upper"),
     [
@@ -99,7 +99,7 @@ def test_applications_do_not_grow_with_the_grid():
 def test_random_bodies_and_contacts():
     """Any two bodies, any shape of contact and flux with or without friction in places: always within the 30 applications."""
     random = np.random.default_rng(8)
-    for _ in range(25):
+    for _ in range(10):
         nx, ny = random.integers(12, 48, 2)
         grid = Grid(int(nx), int(ny), 1e-5, 1e-5 * 10.0 ** random.uniform(-0.7, 0.7))
         x, y = grid.x[:, None] / grid.x[-1], grid.y[None, :] / grid.y[-1]
@@ -276,7 +276,7 @@ def surfaces(result, bulk: float = 0.0) -> float:
 
 
 def test_steel_rolls_on_ceramic_at_one_temperature():
-    problem = replace(rolling(grid=32, creepage=(0.003, 0.001), heating=MATCHED), upper=CERAMIC)
+    problem = replace(rolling(grid=16, creepage=(0.003, 0.001), heating=MATCHED), upper=CERAMIC)
     result = solved(problem)
     fields, scalars = result.coupled.fields, result.coupled.scalars
     assert result.converged and "partition" not in result.work["skipped"]
@@ -293,8 +293,8 @@ def test_steel_rolls_on_ceramic_at_one_temperature():
 
 def test_equal_bodies_are_not_solved_for():
     """Lateral creepage of bodies that roll alike along x still moves them apart along y; at equal speed nothing is left."""
-    equal = solved(replace(article_4_1(24), heating=Heating(peclet="stationary", partition="matched")))
-    half = solved(article_4_1(24))
+    equal = solved(replace(article_4_1(12), heating=Heating(peclet="stationary", partition="matched")))
+    half = solved(article_4_1(12))
     assert "equally warm with a share of 0.5" in equal.work["skipped"]["partition"]
     assert "partition" not in equal.work and "heat_flux_lower" not in equal.coupled.fields
     assert equal.coupled.scalars["partition_mean"] == 0.5
@@ -307,7 +307,7 @@ def test_equal_bodies_are_not_solved_for():
 
 def test_a_body_at_rest_takes_little_of_the_heat():
     """Slide-roll ratio 2 at V a/κ = 37 of the moving body: near the closure with mean temperatures."""
-    result = solved(rolling(grid=64, creepage=(2.0, 0.0), heating=MATCHED))
+    result = solved(rolling(grid=32, creepage=(2.0, 0.0), heating=MATCHED))
     peclet = result.of_problem["peclet_lower"]
     assert result.of_problem["peclet_upper"] == 0.0
     mean = [circle_mean_temperature(1.0, 1.0, 1.0, 1.0, p, "hertz") for p in (peclet, 0.0)]
@@ -319,7 +319,7 @@ def test_bulk_temperatures_drive_heat_without_any_slip():
     """A hot body rolling freely on a cold one: no friction, all heat by conduction, both surfaces equally warm inside."""
     heating = replace(MATCHED, bulk_lower=20.0, bulk_upper=120.0)
     insulator = replace(STEEL, conductivity=20.0, diffusivity=8e-6)
-    problem = replace(rolling(grid=32, heating=heating), upper=insulator)
+    problem = replace(rolling(grid=16, heating=heating), upper=insulator)
     result = solved(problem)
     fields, scalars = result.coupled.fields, result.coupled.scalars
     assert result.converged and scalars["Q_F_W"] == 0.0 and math.isnan(scalars["partition_mean"])
@@ -365,7 +365,7 @@ def test_an_element_that_the_border_hardly_reaches_hardly_exchanges():
 def test_coupled_with_thermal_deformation(peclet):
     """Different expansions: each body's own part of the heat deforms it, within a few outer iterations."""
     heating = replace(MATCHED, peclet=peclet, bulk_upper=40.0)
-    problem = replace(article_4_1(24, heating=heating), upper=CERAMIC, motion=Motion(100.0, 0.003, 0.0))
+    problem = replace(article_4_1(12, heating=heating), upper=CERAMIC, motion=Motion(100.0, 0.003, 0.0))
     result = solved(problem)
     assert result.converged, result.reason
     assert surfaces(result, 40.0) < 1e-4
@@ -380,7 +380,7 @@ def test_coupled_with_thermal_deformation(peclet):
 def test_conducted_heat_is_what_flows_without_friction():
     """From the hotter to the colder body, whatever the friction; friction alone divides by the rest of the heat."""
     heating = replace(MATCHED, bulk_upper=40.0, deformation=False)
-    problem = article_4_1(24, heating=heating)
+    problem = article_4_1(12, heating=heating)
     problem = replace(problem, upper=replace(problem.upper, conductivity=30.0))
     rubbing, sliding_freely = solved(problem).coupled.scalars, solved(replace(problem, friction=Friction(0.0))).coupled.scalars
     alone = solved(replace(problem, heating=replace(heating, bulk_upper=0.0))).coupled.scalars

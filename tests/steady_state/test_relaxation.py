@@ -257,7 +257,7 @@ def test_beyond_what_converges_the_reason_says_so() -> None:
     """A relaxed compliance a thousand times the instantaneous one, rolled through in the worst length."""
     body, both = one_time(1000.0, 1.5e-3), Geometry(0.1, 0.1, 0.1, 0.1)
     load = 4.0 / 3.0 * 0.5e-3 * body.plane_strain_modulus * 5e-3**3 / 0.05
-    result = solved(roller(body, body, friction=0.0, load=load, geometry=both, speed=1.0, grid=(64, 64)))
+    result = solved(roller(body, body, friction=0.0, load=load, geometry=both, speed=1.0, grid=(32, 32)))
     assert not result.converged
     assert "relax to 1e+03 times their instantaneous compliance" in result.reason
 
@@ -358,7 +358,7 @@ def on_steel(*layers: Layer) -> Material:
 def test_a_sphere_on_a_layer_of_an_independent_program(case: dict) -> None:
     body, expected = on_steel(replace(TYRE, thickness=case["thickness_mm"] * 1e-3)), case["N128"]
     problem = roller(Material(1e18, 0.3), body, friction=0.0, load=8.0, geometry=Geometry(0.05, 0.05, math.inf, math.inf),
-                     speed=case["speed_m_s"], grid=(32, 32))
+                     speed=case["speed_m_s"], grid=(24, 24))
     found = scalars(problem)
     assert found["rolling_resistance_moment_Nmm"] / (8.0 * 50.0) == pytest.approx(expected["resistance_over_load"], rel=1e-2)
     assert found["rolling_resistance_N"] / 8.0 == pytest.approx(expected["resistance_over_load"], rel=1e-2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 
 from scripts.stress.populations import POPULATIONS
 from tests.support.cases import findings, parse
-from tests.support.command_line import MECHANICAL, THERMAL, call
+from tests.support.command_line import MECHANICAL, THERMAL
 from tests.support.scenes import article_4_1, on_grid, order, reference, rolling, saturation, solved
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.plan import make_plan
@@ -36,14 +35,14 @@ def changed(problem: Problem, **friction: float) -> Problem:
     return replace(problem, friction=replace(problem.friction, **friction))
 
 
-def warm(grid: int = 32, slope: float = 5e-3, minimum: float = 0.1, **changes) -> Problem:
+def warm(grid: int = 16, slope: float = 5e-3, minimum: float = 0.1, **changes) -> Problem:
     """Spheres at ξ = 0.003 that get about 25 K warm with constant friction (heat acts on the friction alone)."""
     return falling(
         rolling(grid=grid, **{"creepage": (0.003, 0.0), "speed": 20.0, "heating": AT_REST, **changes}), slope, minimum
     )
 
 
-def hot(grid: int = 32, slope: float = 1e-3) -> Problem:
+def hot(grid: int = 16, slope: float = 1e-3) -> Problem:
     """The article's hot case at half its heat: friction and shape both change."""
     return falling(replace(article_4_1(grid), motion=Motion(100.0, 0.003, 0.0)), slope)
 
@@ -78,13 +77,6 @@ def test_threshold_floor_and_a_slope_of_either_sign():
     np.testing.assert_allclose(fading.friction.at(temperatures), 0.3 * np.array([1.0, 1.0, 1.0, 0.9, 0.8, 0.4]))
     rising = changed(fading, slope=-2e-3, maximum=1.5)
     np.testing.assert_allclose(rising.friction.at(temperatures), 0.3 * np.array([1.0, 1.0, 1.0, 1.1, 1.2, 1.5]))
-
-
-def test_a_threshold_that_is_not_reached_changes_nothing():
-    constant = solved(warm(slope=0.0)).coupled.scalars
-    never = solve(changed(warm(), start=500.0)).coupled.scalars
-    for name in ("force_x_N", "Q_F_W", "temperature_rise_max_lower_K"):
-        assert never[name] == pytest.approx(constant[name], rel=1e-4)
 
 
 def test_friction_that_rises_makes_more_heat():
@@ -169,12 +161,12 @@ def test_steeper_slopes_give_less_force_and_heat_down_to_the_floor():
 
 def test_first_order_in_the_slope():
     """dF/ds by a small slope from both ends: F(s) − F(0) is linear, as the friction lost is s μ₀ ∫ pT over the slip area."""
-    forces = [solved(warm(grid=64, slope=s)).coupled.scalars["force_x_N"] for s in (0.0, 1e-4, 2e-4)]
+    forces = [solved(warm(grid=32, slope=s)).coupled.scalars["force_x_N"] for s in (0.0, 1e-4, 2e-4)]
     assert forces[2] - forces[0] == pytest.approx(2.0 * (forces[1] - forces[0]), rel=0.02)
-    f = solved(warm(grid=64, slope=0.0)).coupled
+    f = solved(warm(grid=32, slope=0.0)).coupled
     slipping = f.fields["state"] == 2
     lost = (f.fields["pressure"] * f.fields["temperature_rise_lower"])[slipping].sum()
-    area = (2.2 / 64) ** 2 * np.prod([solved(warm(grid=64, slope=0.0))[k] * 1e-3 for k in ("hertz_a_mm", "hertz_b_mm")])
+    area = (2.2 / 32) ** 2 * np.prod([solved(warm(grid=32, slope=0.0))[k] * 1e-3 for k in ("hertz_a_mm", "hertz_b_mm")])
     # Less traction in the slip area lets the stick area grow and carry a little more: not all is lost.
     assert 0.8 < (forces[0] - forces[1]) / (1e-4 * 0.3 * lost * area) < 1.05
 
@@ -238,7 +230,7 @@ def test_a_failed_iteration_is_no_bound_of_the_force():
 def test_several_steady_states_are_warned_of():
     """Friction that rises steeply with temperature: from below and from above the same problem ends in two states. Where a
     change of friction comes back smaller there is one, and no warning."""
-    base = rolling(grid=16, geometry=Geometry(0.02, 0.02, 0.02, 0.03), load=100.0, creepage=(0.05, 0.0), speed=34.0,
+    base = rolling(grid=10, geometry=Geometry(0.02, 0.02, 0.02, 0.03), load=100.0, creepage=(0.05, 0.0), speed=34.0,
                    heating=Heating(deformation=False))
 
     def states(slope: float) -> list[Result]:
@@ -258,7 +250,7 @@ def test_several_steady_states_are_warned_of():
 
 
 def test_mirror_images_and_scale():
-    base = replace(warm(grid=24), motion=Motion(20.0, 0.002, 0.001, 3.0))
+    base = replace(warm(grid=12), motion=Motion(20.0, 0.002, 0.001, 3.0))
     here = solved(base).coupled
     there = solved(replace(base, motion=Motion(20.0, 0.002, -0.001, -3.0))).coupled
     for name in ("friction_coefficient", "heat_flux"):
@@ -290,7 +282,7 @@ def assert_friction_goes_with_temperature(problem):
 def test_dissimilar_bodies_with_falling_friction_and_matched_heat():
     ceramic = Material(300e9, 0.28, 20.0, 3e-6, 8e-6)
     heating = Heating(partition="matched", deformation=True, bulk_upper=30.0)
-    problem = replace(falling(article_4_1(24, heating=heating), 2e-3), upper=ceramic, motion=Motion(60.0, 0.003, 0.0))
+    problem = replace(falling(article_4_1(16, heating=heating), 2e-3), upper=ceramic, motion=Motion(60.0, 0.003, 0.0))
     assert_friction_goes_with_temperature(problem)
 
 
@@ -322,29 +314,9 @@ def test_keys_of_the_case_file():
     assert "temperature_slope_1_K" in finding.hint
 
 
-def test_run_from_the_command_line(tmp_path):
-    """All of it together, through the case file and back out of the result file."""
-    text = THERMAL.replace("friction_coefficient = 0.3", "friction_coefficient = 0.3\n[friction]\ntemperature_slope_1_K = 5e-3")
-    (tmp_path / "warm.toml").write_text(text)
-    sets = ("rolling.speed_m_s=50", "numerics.grid=16", "thermal.peclet=sliding", "thermal.partition=matched")
-    options = [word for item in sets for word in ("--set", item)]
-    done = call("run", "warm.toml", *options, "--json", "--no-plots", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    summary = json.loads(done.stdout)
-    assert summary["partition_mean"] == 0.5 and "equally warm" in summary["work"]["skipped"]["partition"]
-    assert summary["work"]["sliding"]["error"] < 1e-4
-    assert summary["force_x_N"] < 0.3 * 65.0
-    import xarray
-
-    with xarray.open_dataset(tmp_path / "results/warm.h5", group="fields", engine="h5netcdf") as fields:
-        friction = fields["friction_coefficient"]
-        assert 0.03 <= float(friction.where(fields["state"] > 0).min()) < 0.3
-        assert friction.attrs["units"] == "1" and "temperature" in friction.attrs["long_name"]
-
-
 def test_grid_ladder_carries_the_friction_up():
     """The finest grid starts from the friction of the coarser one: few iterations there."""
-    ladder = solved(on_grid(warm(), 64))
+    ladder = solved(on_grid(warm(), 32))
     assert ladder.work["levels"][-1]["warm_friction_iterations"] <= 5
 
 

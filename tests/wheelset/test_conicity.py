@@ -144,7 +144,7 @@ def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():
 
 
 def test_command_writes_tables_a_picture_and_json(tmp_path):
-    done = call("conicity", "cases/manchester.toml", "--amplitude", "1:12:12", "-o", tmp_path, "--json", painted=True)
+    done = call("conicity", "cases/manchester.toml", "--amplitude", "1:12:12", "-o", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
     record = json.loads(done.stdout)
     assert record["conicity_3mm"] == record["conicity"][2] == pytest.approx(0.180, abs=1e-3)

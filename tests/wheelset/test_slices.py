@@ -40,7 +40,7 @@ def sections(places: Any, outlines: list[list[list[float]]]) -> dict[str, Any]:
 def tables(rail_profile: dict[str, Any], wheel_profile: dict[str, Any], side: str = "right", **wheelset: Any) -> dict[str, Any]:
     load = {} if "height_mm" in wheelset else {"vertical_N": 2e4}
     return {"material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28}, "load": {"friction_coefficient": 0.3},
-            "rolling": {"speed_m_s": 2.0}, "numerics": {"grid": 16},
+            "rolling": {"speed_m_s": 2.0}, "numerics": {"grid": 12},
             "track": {"rail_profile": rail_profile, side: {"origin_mm": [750.0, 0.0]}},
             "wheelset": {"wheel_profile": wheel_profile, "wheels": side, "nominal_radius_mm": R, "flange_back_mm": -70.0,
                          "flange_back_distance_mm": 1360.0, "roll_mrad": 0.0, "angular_velocity_rad_s": 2e3 / R * 1.002,
@@ -53,7 +53,7 @@ NOSE = sections(np.arange(-100.0, 101.0, 10.0), [rail(-0.1 * s) for s in np.aran
 
 def flat(length: float) -> dict[str, Any]:
     """A wheel with a flat of this length (mm) at the angle 0, the chord of its circle."""
-    half, degrees = math.asin(0.5 * length / R), np.linspace(-6.0, 6.0, 241)
+    half, degrees = math.asin(0.5 * length / R), np.linspace(-6.0, 6.0, 121)
     radii = np.where(np.abs(np.radians(degrees)) < half, R * math.cos(half) / np.cos(np.radians(degrees)), R)
     return sections(degrees, [wheel(float(radius)) for radius in radii])
 

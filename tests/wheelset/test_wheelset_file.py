@@ -102,11 +102,15 @@ def test_the_whole_has_the_scalars_of_its_patches(stored: Result) -> None:
     assert not any(isinstance(value, float) and math.isnan(value) for value in record.values())
 
 
-def test_the_table_shows_them_with_their_errors(folder: Path) -> None:
+def test_the_table_shows_them_with_their_errors(folder: Path, stored: Result) -> None:
     printed = (folder / "printed").read_text(encoding="utf-8")
     rows = {line.split()[0]: line for line in printed.splitlines()}
     assert rows["von_mises_max_lower_MPa"].count("±") == 3 and rows["wear_area_upper_SIDE_um2"].count("±") == 2
     assert rows["T_gamma_SIDE_N"].count("±") == 2 and rows["Q_F_W"].count("±") == 3
+    shown = [float(number) for number in rows["pressure_max_MPa"].split()[1:-1] if number != "±"]
+    for patch, value, error in zip(stored.records, shown[::2], shown[1::2], strict=True):
+        assert value == pytest.approx(patch["pressure_max_MPa"], abs=error)
+        assert error == pytest.approx(patch["uncertainty"]["pressure_max_MPa"], rel=0.5)
     assert "wrote results/m.h5" in printed
 
 

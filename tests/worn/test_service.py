@@ -28,7 +28,7 @@ from thermoroll_cli.tools.journal import JournalError
 RATE = 1e-5
 SHIFT, YAW = "wheelset.lateral_shift_mm", "wheelset.yaw_mrad"
 ONE = Case.read(ROOT / "cases" / "manchester.toml").with_values({
-    "numerics.grid": 12, "thermal.heat": False, "wheelset.wheels": "right", "wheelset.angular_velocity_rad_s": 4.3345,
+    "numerics.grid": 8, "thermal.heat": False, "wheelset.wheels": "right", "wheelset.angular_velocity_rad_s": 4.3345,
     "wheelset.vertical_N": 1e4, "wheelset.patches": "planar", "wheelset.lateral_shift_mm": 3.0,
     "wear.upper.specific_wear_rate_mm3_Nm": RATE, "wear.lower.specific_wear_rate_mm3_Nm": 2e-5,
     "wear.lower.track_length_m": 100.0, "wear.depth_um": 4.0})  # fmt: skip

@@ -353,7 +353,7 @@ def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> Non
     """What is worn off where the bodies touch is missing in the approach, so that the load falls. The worn case has the load of
     the last step, heights of a profile have no zero, and an evolution that asks for more than the approach ends."""
     text = CASE.read_text().replace("normal_N = 1500.0", "approach_um = 6.0").replace("grid = 64", "grid = 12")
-    text = text.replace("depth_um = 20.0", "depth_um = 3.0\nstep_fraction = 0.2")
+    text = text.replace("depth_um = 20.0", "depth_um = 3.0\nstep_fraction = 0.5")
     crown = [[y, 3.0 - y**2 / 400.0] for y in np.linspace(-8.0, 8.0, 33).tolist()]
     profile = f"[geometry.upper_profile]\npoints_mm = {crown}\n[load]"
     found = {}
