@@ -95,7 +95,7 @@ def test_slopes_are_those_of_finer_elements() -> None:
 
 def coated(lower: Material, upper: Material, creepage: float = 0.05, speed: float = 8.0, **changed: object) -> Problem:
     problem = Problem(lower, upper, Geometry(0.03, -0.006, 0.005, 0.005), 50.0, Friction(0.1), Motion(speed, creepage, 0.0),
-                      Heating(partition="matched"), Numerics(grid=(32, 32)))
+                      Heating(partition="matched"), Numerics(grid=(16, 16)))
     return replace(problem, **changed)
 
 
@@ -139,9 +139,9 @@ def test_response_is_the_sum_of_its_tables() -> None:
 
 def test_points_of_a_sweep_share_the_tables() -> None:
     body = replace(STEEL, layers=(CARBON,))
-    solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16))))
+    solve(coated(STEEL, body))
     built = LayeredHeat.table.cache_info().misses
-    solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16)), friction=Friction(0.05)))
+    solve(coated(STEEL, body, friction=Friction(0.05)))
     assert LayeredHeat.table.cache_info().misses == built
 
 
@@ -182,5 +182,5 @@ def test_errors_of_heat_with_layers(old: str, new: str, key: str, message: str) 
 
 
 def test_layers_far_from_solids_are_named() -> None:
-    result = solve(parse(CASE.replace("diffusivity_mm2_s = 0.7", "diffusivity_mm2_s = 700.0")).problem)
+    result = solve(parse(CASE.replace("diffusivity_mm2_s = 0.7", "diffusivity_mm2_s = 700.0"), "numerics.grid=8").problem)
     assert any("layer 1 of the coating of both bodies" in warning for warning in result.warnings)

@@ -122,7 +122,8 @@ def test_what_a_run_writes_and_what_is_drawn_and_reported_of_it(tmp_path: Path) 
         assert done.returncode == 0, done.stderr
     assert (tmp_path / "again" / "ball_history.png").exists()
     assert (tmp_path / "ball_history.svg").exists() and "ball_history.svg" in done.stdout
-    assert "over distance rolled, from 0 to 7 mm: 3 of 3 states converged" in (tmp_path / "ball_history_report.html").read_text()
+    page = (tmp_path / "ball_history_report.html").read_text()
+    assert "over distance rolled, from 0 to 7 mm: 3 of 3 states converged" in page
     page = (tmp_path / "ball_report.html").read_text(encoding="utf-8")
     assert "A contact over distance rolled, from 0 to 7 mm" in page and "The last state, at 7 mm, of two bodies" in page
     assert "friction_limit_N" in page and "creep force" in page
@@ -745,7 +746,8 @@ def test_an_accuracy_takes_steps_where_steps_err(begin: str, forces: list[float]
 def test_unlike_bodies_go_on_from_a_file_where_they_stood() -> None:
     """Their shear has changed the pressure, which has moved their surfaces: a history cut in two is the whole."""
     unlike = {"lower": BALL["material"], "upper": {"youngs_modulus_GPa": 0.02, "poisson_ratio": 0.28}}
-    still = ball(numerics={"grid": 10}, material={**unlike, "youngs_modulus_GPa": None, "poisson_ratio": None}, rolling={"speed_m_s": 0.0})
+    still = ball(material={**unlike, "youngs_modulus_GPa": None, "poisson_ratio": None}, rolling={"speed_m_s": 0.0},
+                 numerics={"grid": 10})
     still["history"] = {"time_s": [0, 1, 2, 3], "values": {"shift.longitudinal_um": [0, 4, 8, 12]}}
     whole, task = solve(still), Case.from_dict(still).task
     assert isinstance(task, History) and whole.history is not None

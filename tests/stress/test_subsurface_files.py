@@ -225,31 +225,6 @@ def test_comparison(full: Path, tmp_path: Path) -> None:
     assert "subsurface.lower.von_mises" not in done.stdout
 
 
-@pytest.mark.slow
-def test_sweeps_have_the_columns(tmp_path: Path) -> None:
-    case = written(tmp_path, MECHANICAL + TABLE.format('"plane"'))
-    over = "--over", "load.friction_coefficient=0,0.4"
-    assert call("sweep", case, *over, "-o", tmp_path / "s", "-q", "--no-plots").returncode == 0
-    with open(tmp_path / "s" / "sweep.csv") as stream:
-        rows = list(csv.DictReader(stream))
-    stress = [float(row["von_mises_max_lower_MPa"]) for row in rows]
-    assert stress[1] > stress[0] > 0.0
-    assert float(rows[0]["uncertainty.von_mises_max_lower_MPa"]) > 0.0
-    together = tmp_path / "t"
-    assert call("sweep", case, "--scalars-only", *over, "-o", together).returncode == 0
-    assert (together / "sweep.png").exists()
-    with open(together / "sweep.csv") as stream:
-        again = list(csv.DictReader(stream))
-    # Only what tells where the point is kept differs.
-    assert [{**row, "file": ""} for row in rows] == again
-    with h5py.File(together / "sweep.h5") as file:
-        assert file["von_mises_max_lower_MPa"][()].tolist() == stress
-        assert file["uncertainty.von_mises_max_lower_MPa"][0] == float(rows[0]["uncertainty.von_mises_max_lower_MPa"])
-    before = (together / "sweep.csv").read_bytes()
-    assert call("sweep", case, "--scalars-only", *over, "-o", together, "--resume", "--no-plots").returncode == 0
-    assert (together / "sweep.csv").read_bytes() == before
-
-
 def test_pictures(full: Path, tmp_path: Path) -> None:
     """One for each body, from the file as from the result; none where nothing was asked for."""
     result = read_result(full)

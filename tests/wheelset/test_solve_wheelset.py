@@ -354,7 +354,8 @@ def test_a_wheel_costs_little_more_than_its_patches(shift, first, following):
 def test_a_sweep_over_the_shift(tmp_path):
     """Rows with the whole and each patch, a file for each point, and a picture; `--resume` finds all of them."""
     (tmp_path / "m.toml").write_text(STANDING)
-    arguments = ("sweep", tmp_path / "m.toml", "--over", "wheelset.lateral_shift_mm=3.9,4", "--set", "numerics.grid=12", "-o", tmp_path / "out", "--json")
+    arguments = ("sweep", tmp_path / "m.toml", "--over", "wheelset.lateral_shift_mm=3.9,4", "--set", "numerics.grid=12", "-o",
+                 tmp_path / "out", "--json")
     swept = call(*arguments)
     assert swept.returncode == 0, swept.stderr
     rows = [json.loads(line) for line in swept.stdout.splitlines()]
