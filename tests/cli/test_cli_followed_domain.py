@@ -77,11 +77,3 @@ def test_compare_tells_which_grids_differ(folder: Path, tmp_path: Path) -> None:
     words = " ".join((done.stdout + done.stderr).split())
     assert "fields not compared: different grids" in words and "about x = " in words
     assert "isothermal.heat_flux" in " ".join(call("compare", mine, tmp_path / "article_4_1.h5").stdout.split())
-
-
-@pytest.mark.slow
-def test_a_sweep_over_contacts_that_move(tmp_path: Path) -> None:
-    options = ("--set", "numerics.grid=16", "--no-plots", "-q", "-o", tmp_path)
-    done = call("sweep", CASE, "--over", "rolling.speed_m_s=200,400,600", *options)
-    assert done.returncode == 0, done.stderr
-    assert [read_result(path).own_grids for path in sorted(tmp_path.glob("*.h5"))].count(True) == 2

@@ -86,23 +86,6 @@ def test_several_cases_and_standard_input(case: Path, tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "results").iterdir()} == {"two spheres.h5", "zwei.h5", "stdin.h5"}
 
 
-def test_set_changes_the_case(case: Path, tmp_path: Path) -> None:
-    done = call("run", case, "--set", "creepage.longitudinal=0", "--json", "--no-plots", cwd=tmp_path)
-    result = strict(done.stdout)
-    assert result["force_x_N"] == 0.0
-    stored = read_result(tmp_path / "results" / "two spheres.h5")
-    assert json.loads(stored.case_json)["creepage"]["longitudinal"] == 0.0
-
-
-def test_a_result_carries_its_case(case: Path, tmp_path: Path) -> None:
-    first = strict(call("run", case, "--set", "load.normal_N=50", "--json", "--no-plots", cwd=tmp_path).stdout)
-    done = call("run", "--from", "results/two spheres.h5", "-o", "again", "--json", "--no-plots", cwd=tmp_path)
-    again = strict(done.stdout)
-    assert done.returncode == 0
-    assert {name: again[name] for name in SCALARS if name in again} == {name: first[name] for name in SCALARS if name in first}
-    assert call("run", "--from", case, cwd=tmp_path).returncode == 5
-
-
 def test_picture_options(case: Path, tmp_path: Path) -> None:
     done = call("run", case, "--plots", "summary", "--format", "svg", "--normalised", "-q", cwd=tmp_path, painted=True)
     assert done.returncode == 0

@@ -39,6 +39,8 @@ SMALLER = (
     (r"((?:run|sweep) cases/corrugation\.toml)", r"\1 --set history.steps=4"),
     (r"load\.friction_coefficient=0\.2,0\.3,0\.4", "load.friction_coefficient=0.2,0.3"),
     (r"for v in 50 100 200", "for v in 50"),
+    (r"\$v", "50"),
+    (r"table query (--longitudinal .*) 5\.5,5\.2", r"table query cases/creep_forces_circle.h5 \1 5.2,5.2"),
     (r"numerics.grid=\d+|numerics.accuracy=1e-3", f"numerics.grid={GRID}"),
     (r"((?:wear|run) (?:disc|cases/twin_disc_wear)\.toml)", rf"\1 --set numerics.grid={GRID} --set wear.depth_um=1"),
     (r"((?:run|sweep) my_case\.toml)", r"\1 --set numerics.accuracy=0.03"),

@@ -39,6 +39,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("run a.toml --no-such-option", USAGE, ["--no-such-option"]),
     ("run a.toml --threads many", USAGE, ["--threads"]),
     ("run a.toml other/a.toml", USAGE, ["several cases would write a.h5"]),
+    ("run --from a.toml", INPUT_OUTPUT, ["a.toml"]),
     ("run - -", USAGE, ["standard input can be read only once"]),
     ("validate - -", USAGE, ["standard input can be read only once"]),
     ("show bad.toml", INVALID, ["poisson_ratio"]),

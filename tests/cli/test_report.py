@@ -65,7 +65,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("report")
     text = re.sub(r"(?m)^title = .*\n", "", THERMAL)
     case(f'title = "{HOSTILE}"\n{text}', folder)
-    done = call("run", "a.toml", "--no-plots", "--report", "-o", ".", cwd=folder, painted=True)
+    done = call("run", "a.toml", "--no-plots", "--report", "-o", ".", cwd=folder)
     assert done.returncode == 0 and "wrote a.h5, a_report.html" in done.stdout
     return folder
 

@@ -155,18 +155,15 @@ def test_a_warning_says_which_mistake_makes_a_profile_impossible(tmp_path, facto
     assert ("in metres" in heavy) == ("in metres" in advice), heavy
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "told", "hint"),
-    [
-        ("a.prr", PRR.replace("mirror.y = 0", "rotate = 2.5"), "a rotated profile (rotate = 2.5) is", "tilt_mrad"),
-        ("a.prw", PRR.replace("-0.5  0.0", "-0.5  zero"), "line 14: no point with two numbers: -0.5  zero", ""),
-        ("a.ban", BAN.replace("X,Y,A", "A,C"), "ColumnDef=A,C names no X and Y", ""),
-        ("a.whl", "ProgramName=MiniProf\n", "two points at least", "two columns"),
-        ("a.csv", "-1,0,0,5\n1,0,0,5\n", "line 1: 4 columns instead of two", "separate the columns by semicolons"),
-        ("a.csv", "-1;1.000,5\n1;0\n", "line 1: not a number: 1.000,5", "nothing between thousands"),
-        ("a.xlsx", "PK\x03\x04", "a.xlsx is a workbook, not text", "save its sheet as CSV"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "content", "told", "hint"), [
+    ("a.prr", PRR.replace("mirror.y = 0", "rotate = 2.5"), "a rotated profile (rotate = 2.5) is", "tilt_mrad"),
+    ("a.prw", PRR.replace("-0.5  0.0", "-0.5  zero"), "line 14: no point with two numbers: -0.5  zero", ""),
+    ("a.ban", BAN.replace("X,Y,A", "A,C"), "ColumnDef=A,C names no X and Y", ""),
+    ("a.whl", "ProgramName=MiniProf\n", "two points at least", "two columns"),
+    ("a.csv", "-1,0,0,5\n1,0,0,5\n", "line 1: 4 columns instead of two", "separate the columns by semicolons"),
+    ("a.csv", "-1;1.000,5\n1;0\n", "line 1: not a number: 1.000,5", "nothing between thousands"),
+    ("a.xlsx", "PK\x03\x04", "a.xlsx is a workbook, not text", "save its sheet as CSV"),
+])  # fmt: skip
 def test_files_that_cannot_be_read_say_what_helps(tmp_path, name, content, told, hint):
     with pytest.raises(CaseError) as caught:
         profile_in(tmp_path, name, content)
@@ -174,22 +171,16 @@ def test_files_that_cannot_be_read_say_what_helps(tmp_path, name, content, told,
     assert told in finding.message and hint in finding.hint and finding.key == "geometry.upper_profile.file"
 
 
-@pytest.mark.parametrize(
-    ("content", "told"),
-    [
-        ("-1 0 3\n1 0 3\n", "line 1: 3 columns instead of two"),
-        ("y z\n-1 0\n1\n", "line 3: one number instead of two"),
-        ("y;z\n-1;0\n;0\n1;0\n", "line 3: one number instead of two"),
-        (",0\n1,0\n", "line 1: one number instead of two"),
-        ("-1,0\n,\n1,0\n", "line 2: a blank row between points"),
-        ("-1;0\n;;;\n;;;\n1;0\n", "line 2: a blank row between points"),
-        ("-1 0\n1 0\n1 0.1\n", "line 3: y does not increase"),
-        ("-1 0\n0 nan\n1 0\n", "line 2: nan and inf are no heights"),
-        ("-1 0\n0 zero\n", "line 2: not a number: zero"),
-        ("y z\n-1 0\n", "two points at least"),
-        ("\x00\x01", "two points at least"),
-    ],
-)
+@pytest.mark.parametrize(("content", "told"), [
+    ("-1 0 3\n1 0 3\n", "line 1: 3 columns instead of two"), ("y z\n-1 0\n1\n", "line 3: one number instead of two"),
+    ("y;z\n-1;0\n;0\n1;0\n", "line 3: one number instead of two"),
+    (",0\n1,0\n", "line 1: one number instead of two"), ("-1,0\n,\n1,0\n", "line 2: a blank row between points"),
+    ("-1;0\n;;;\n;;;\n1;0\n", "line 2: a blank row between points"),
+    ("-1 0\n1 0\n1 0.1\n", "line 3: y does not increase"),
+    ("-1 0\n0 nan\n1 0\n", "line 2: nan and inf are no heights"),
+    ("-1 0\n0 zero\n", "line 2: not a number: zero"), ("y z\n-1 0\n", "two points at least"),
+    ("\x00\x01", "two points at least"),
+])
 def test_files_that_are_no_profile(tmp_path, content, told):
     """Exit code 3, with the place in both files."""
     (tmp_path / "bad.csv").write_text(content)
@@ -199,26 +190,21 @@ def test_files_that_are_no_profile(tmp_path, content, told):
     assert told in done.stderr and "case.toml:10" in done.stderr and "geometry.upper_profile.file" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("profile", "told"),
-    [
-        ('file = "nowhere.csv"\n', "no such file"),
-        ("points_mm = [[0.0, 0.0]]\n", "2 to 2000 pairs"),
-        ("points_mm = [[0.0, 0.0], [1.0]]\n", "2 to 2000 pairs"),
-        ("points_mm = [[0.0, 0.0], [0.0, 1.0]]\n", "point 2: y does not increase"),
-        ("points_mm = [[0.0, 0.0], [5e-324, 1.0]]\n", "point 2: y does not increase"),
-        ("points_mm = [[-3.0, -1e300], [0.0, 0.0]]\n", "point 1: -1e+300 is beyond 1e+06 mm"),
-        ("points_mm = [[0.0, nan], [1.0, 0.0]]\n", "2 to 2000 pairs"),
-        ("offset_mm = 1.0\n", "neither points_mm nor file nor kind"),
-        (POINTS + 'file = "roller.csv"\n', "cannot be given together with geometry.upper_profile.points_mm (line 10)"),
-        ('kind = "logarithmic"\nlength_mm = 10.0\n', "needs drop_um"),
-        ('kind = "logarithmic"\nlength_mm = 10.0\ndrop_um = 1.0\nflat_mm = 10.0\n', "less than length_mm = 10"),
-        ('kind = "logarithmc"\nlength_mm = 10.0\ndrop_um = 1.0\n', 'did you mean "logarithmic"?'),
-        (POINTS + "length_mm = 3.0\n", "belongs to a crown"),
-        (POINTS + "ofset_mm = 3.0\n", 'did you mean "offset_mm"?'),
-        (POINTS + "offset_mm = 5.0\n", "no material at y = 0"),
-    ],
-)
+@pytest.mark.parametrize(("profile", "told"), [
+    ('file = "nowhere.csv"\n', "no such file"), ("points_mm = [[0.0, 0.0]]\n", "2 to 2000 pairs"),
+    ("points_mm = [[0.0, 0.0], [1.0]]\n", "2 to 2000 pairs"),
+    ("points_mm = [[0.0, 0.0], [0.0, 1.0]]\n", "point 2: y does not increase"),
+    ("points_mm = [[0.0, 0.0], [5e-324, 1.0]]\n", "point 2: y does not increase"),
+    ("points_mm = [[-3.0, -1e300], [0.0, 0.0]]\n", "point 1: -1e+300 is beyond 1e+06 mm"),
+    ("points_mm = [[0.0, nan], [1.0, 0.0]]\n", "2 to 2000 pairs"),
+    ("offset_mm = 1.0\n", "neither points_mm nor file nor kind"),
+    (POINTS + 'file = "roller.csv"\n', "cannot be given together with geometry.upper_profile.points_mm (line 10)"),
+    ('kind = "logarithmic"\nlength_mm = 10.0\n', "needs drop_um"),
+    ('kind = "logarithmic"\nlength_mm = 10.0\ndrop_um = 1.0\nflat_mm = 10.0\n', "less than length_mm = 10"),
+    ('kind = "logarithmc"\nlength_mm = 10.0\ndrop_um = 1.0\n', 'did you mean "logarithmic"?'),
+    (POINTS + "length_mm = 3.0\n", "belongs to a crown"), (POINTS + "ofset_mm = 3.0\n", 'did you mean "offset_mm"?'),
+    (POINTS + "offset_mm = 5.0\n", "no material at y = 0"),
+])
 def test_profiles_that_are_wrong(profile, told):
     message = fault(case(profile))
     assert told in message and "upper_profile" in message and "case.toml" in message

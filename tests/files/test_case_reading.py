@@ -107,14 +107,10 @@ def test_reading_files(tmp_path: Path) -> None:
     assert case_name("-") == "stdin"
 
 
-@pytest.mark.parametrize(
-    "overrides",
-    [
-        ["force.longitudinal_N=15"],
-        ["force.lateral_N=-3", "creepage.spin_rad_mm=0.01"],
-        ["thermal.partition=matched", "thermal.peclet=sliding"],
-    ],
-)
+@pytest.mark.parametrize("overrides", [
+    ["force.longitudinal_N=15"], ["force.lateral_N=-3", "creepage.spin_rad_mm=0.01"],
+    ["thermal.partition=matched", "thermal.peclet=sliding"],
+])
 def test_features_beyond_the_first_are_read(overrides: list[str]) -> None:
     case = parse(THERMAL, *overrides)
     motion, force = case.problem.motion, case.settings.force
@@ -206,29 +202,26 @@ def test_real_cases_are_valid(name: str) -> None:
     assert errors(CASES[name]) == []
 
 
-@pytest.mark.parametrize(
-    ("text", "replaced", "by", "path", "words"),
-    [
-        (MECHANICAL, "poisson_ratio", "poison_ratio", "$.material", "'poison_ratio' was unexpected"),
-        (MECHANICAL, "poisson_ratio = 0.28", "", "$.material", "'poisson_ratio' is a required property"),
-        (MECHANICAL, "poisson_ratio = 0.28", "poisson_ratio = 0.6", "$.material.poisson_ratio", "0.6 is greater than"),
-        (MECHANICAL, "= 0.28", "= '0.28'", "$.material.poisson_ratio", "is not of type 'number'"),
-        (TWO, "expansion_um_mK", "expansion_mm_mK", "$.material.lower", "'expansion_mm_mK' was unexpected"),
-        (TWO, "[material.upper]", "[material.uper]", "$.material", "'upper' is a required property"),
-        (TWO, "[material.upper]", "[material.uper]", "$.material", "'uper' was unexpected"),
-        (TWO, "[material.lower]", "[material]\npoisson_ratio = 0.3\n[material.lower]", "$.material.poisson_ratio", "with [m"),
-        (MECHANICAL, "upper_radius_x_mm = 30.0", "upper_radius_x_mm = 0", "$.geometry.upper_radius_x_mm", "0 should not"),
-        (MECHANICAL, "normal_N", "normal_kN", "$.load", "'normal_kN' was unexpected"),
-        (MECHANICAL, "grid = 16", "grid = 7", "$.numerics.grid", "7 is less than the minimum of 8"),
-        (MECHANICAL, "grid = 16", "grid = [16, 16, 16]", "$.numerics.grid", "too long"),
-        (MECHANICAL, "grid = 16", "grid = 16.5", "$.numerics.grid", "is not of type 'integer', 'array'"),
-        (MECHANICAL, "grid = 16", "grid = 16\naccuracy = 1e-3", "$.numerics.accuracy", "with numerics.grid"),
-        (MECHANICAL, "[numerics]", "[force]\nlongitudinal_N = 3\n[numerics]", "$.force.longitudinal_N", "with creepage.long"),
-        (MECHANICAL, "[numerics]", "[thermal]\npartition = 'match'\n[numerics]", "$.thermal.partition", "not one of"),
-        (MECHANICAL, "[numerics]", "[thermal]\npartition = 2\n[numerics]", "$.thermal.partition", "greater than the maximum"),
-        (MECHANICAL, "[numerics]", "[termal]\n[numerics]", "$", "'termal' was unexpected"),
-    ],
-)
+@pytest.mark.parametrize(("text", "replaced", "by", "path", "words"), [
+    (MECHANICAL, "poisson_ratio", "poison_ratio", "$.material", "'poison_ratio' was unexpected"),
+    (MECHANICAL, "poisson_ratio = 0.28", "", "$.material", "'poisson_ratio' is a required property"),
+    (MECHANICAL, "poisson_ratio = 0.28", "poisson_ratio = 0.6", "$.material.poisson_ratio", "0.6 is greater than"),
+    (MECHANICAL, "= 0.28", "= '0.28'", "$.material.poisson_ratio", "is not of type 'number'"),
+    (TWO, "expansion_um_mK", "expansion_mm_mK", "$.material.lower", "'expansion_mm_mK' was unexpected"),
+    (TWO, "[material.upper]", "[material.uper]", "$.material", "'upper' is a required property"),
+    (TWO, "[material.upper]", "[material.uper]", "$.material", "'uper' was unexpected"),
+    (TWO, "[material.lower]", "[material]\npoisson_ratio = 0.3\n[material.lower]", "$.material.poisson_ratio", "with [m"),
+    (MECHANICAL, "upper_radius_x_mm = 30.0", "upper_radius_x_mm = 0", "$.geometry.upper_radius_x_mm", "0 should not"),
+    (MECHANICAL, "normal_N", "normal_kN", "$.load", "'normal_kN' was unexpected"),
+    (MECHANICAL, "grid = 16", "grid = 7", "$.numerics.grid", "7 is less than the minimum of 8"),
+    (MECHANICAL, "grid = 16", "grid = [16, 16, 16]", "$.numerics.grid", "too long"),
+    (MECHANICAL, "grid = 16", "grid = 16.5", "$.numerics.grid", "is not of type 'integer', 'array'"),
+    (MECHANICAL, "grid = 16", "grid = 16\naccuracy = 1e-3", "$.numerics.accuracy", "with numerics.grid"),
+    (MECHANICAL, "[numerics]", "[force]\nlongitudinal_N = 3\n[numerics]", "$.force.longitudinal_N", "with creepage.long"),
+    (MECHANICAL, "[numerics]", "[thermal]\npartition = 'match'\n[numerics]", "$.thermal.partition", "not one of"),
+    (MECHANICAL, "[numerics]", "[thermal]\npartition = 2\n[numerics]", "$.thermal.partition", "greater than the maximum"),
+    (MECHANICAL, "[numerics]", "[termal]\n[numerics]", "$", "'termal' was unexpected"),
+])
 def test_a_mistake_is_told_where_it_is(text: str, replaced: str, by: str, path: str, words: str) -> None:
     mistaken = text.replace(replaced, by, 1)
     assert mistaken != text

@@ -36,17 +36,14 @@ def test_a_case_with_them_survives_being_written():
     assert (hotter.convection, hotter.resistance) == (None, 2.0)
 
 
-@pytest.mark.parametrize(
-    ("table", "key", "message"),
-    [
-        ("convection_W_m2K = 0.0", "thermal.upper.convection_W_m2K", "must be greater than 0"),
-        ("convection_W_m2K = 1.0\nthermal_resistance_K_W = 1.0", "thermal.upper.thermal_resistance_K_W", "together with"),
-        ("", "thermal.upper.recirculate", "must be cooled"),
-        ("convection_W_m2K = 1.0\npasses_per_revolution = 0", "thermal.upper.passes_per_revolution", "greater than 0"),
-        ("convection_W_m2K = 1.0\npasses_per_revolution = 1.5", "thermal.upper.passes_per_revolution", "whole number"),
-        ("convection_W_mK = 1.0", "thermal.upper.convection_W_mK", "unknown key"),
-    ],
-)
+@pytest.mark.parametrize(("table", "key", "message"), [
+    ("convection_W_m2K = 0.0", "thermal.upper.convection_W_m2K", "must be greater than 0"),
+    ("convection_W_m2K = 1.0\nthermal_resistance_K_W = 1.0", "thermal.upper.thermal_resistance_K_W", "together with"),
+    ("", "thermal.upper.recirculate", "must be cooled"),
+    ("convection_W_m2K = 1.0\npasses_per_revolution = 0", "thermal.upper.passes_per_revolution", "greater than 0"),
+    ("convection_W_m2K = 1.0\npasses_per_revolution = 1.5", "thermal.upper.passes_per_revolution", "whole number"),
+    ("convection_W_mK = 1.0", "thermal.upper.convection_W_mK", "unknown key"),
+])
 def test_bad_values_name_the_key(table, key, message):
     errors = findings(SPHERES + "[thermal.upper]\nrecirculate = true\n" + table)
     found = next(e for e in errors if message in e.message)
@@ -55,15 +52,12 @@ def test_bad_values_name_the_key(table, key, message):
     assert found.allowed or found.hint
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "key", "message"),
-    [
-        ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = inf", "thermal.upper.recirculate", "never recirculates"),
-        ('partition = "matched"', 'partition = "matched"\npeclet = "stationary"', "thermal.peclet", "carries its heat along"),
-        ("longitudinal = 0.003", "longitudinal = 2.0", "creepage.longitudinal", "stands still"),
-        ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = -60.0", "thermal.upper.convection_W_m2K", "is a ring"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "key", "message"), [
+    ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = inf", "thermal.upper.recirculate", "never recirculates"),
+    ('partition = "matched"', 'partition = "matched"\npeclet = "stationary"', "thermal.peclet", "carries its heat along"),
+    ("longitudinal = 0.003", "longitudinal = 2.0", "creepage.longitudinal", "stands still"),
+    ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = -60.0", "thermal.upper.convection_W_m2K", "is a ring"),
+])
 def test_what_must_hold_beside_it(old, new, key, message):
     (found,) = findings(SPHERES.replace(old, new) + COOLED)
     assert found.key == key and message in found.message and found.allowed

@@ -132,19 +132,6 @@ def test_show_and_sweeps(case: Path, tmp_path: Path) -> None:
     assert animated.returncode == 0 and list(tmp_path.glob("*.gif")), animated.stderr
 
 
-@pytest.mark.slow
-def test_a_fit_of_friction_from_forces_over_the_load(case: Path, tmp_path: Path) -> None:
-    creepages = (1e-4, 2e-4, 3e-4, 5e-4)
-    forces = [solve(gears(creepage={"longitudinal": xi}, load={"friction_coefficient": 0.05}))["force_x_N_mm"]
-              for xi in creepages]
-    (tmp_path / "data.csv").write_text("creepage.longitudinal,force_x_over_load\n" + "".join(
-        f"{xi},{force / 12.5}\n" for xi, force in zip(creepages, forces, strict=True)))
-    free = "--free", "load.friction_coefficient"
-    done = call("fit", case, tmp_path / "data.csv", *free, "-o", tmp_path, "--json", "--no-plots")
-    found = json.loads(done.stdout)["parameters"]["load.friction_coefficient"]["value"]
-    assert done.returncode == 0 and found == pytest.approx(0.05, rel=1e-3)
-
-
 def test_everything_the_template_offers_in_comments_works() -> None:
     offered = re.sub(r"^# (\w+ = |\[)", r"\1", template_text("line-contact"), flags=re.MULTILINE)
     offered = offered.replace("[material]\n", "[material.lower]\n")

@@ -205,17 +205,14 @@ def test_a_sweep_gives_the_rows_of_the_command(tmp_path: Path) -> None:
     assert all(row["file"] is None for row in unkept)
 
 
-@pytest.mark.parametrize(
-    ("over", "error", "message"),
-    [
-        ({"load.normal_N": []}, ValueError, "no values"),
-        ({"load.normal_N": [1.0, 1.0]}, ValueError, "more than once"),
-        ({"load.normal_N": 5}, ValueError, r"load.normal_N needs a list of values, as \[5\]"),
-        ({"thermal.peclet": "rolling"}, ValueError, "needs a list of values"),
-        ({"load.normal_N": [1.0, -1.0]}, CaseError, "^sweep over load.normal_N=-1.0: .*greater than 0"),
-        ({"load.normal_N": range(1, MOST_POINTS + 2)}, ValueError, "too many"),
-    ],
-)
+@pytest.mark.parametrize(("over", "error", "message"), [
+    ({"load.normal_N": []}, ValueError, "no values"),
+    ({"load.normal_N": [1.0, 1.0]}, ValueError, "more than once"),
+    ({"load.normal_N": 5}, ValueError, r"load.normal_N needs a list of values, as \[5\]"),
+    ({"thermal.peclet": "rolling"}, ValueError, "needs a list of values"),
+    ({"load.normal_N": [1.0, -1.0]}, CaseError, "^sweep over load.normal_N=-1.0: .*greater than 0"),
+    ({"load.normal_N": range(1, MOST_POINTS + 2)}, ValueError, "too many"),
+])
 def test_wrong_sweeps_say_why(over: dict, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         thermoroll_cli.sweep(Case.parse(MECHANICAL), over)

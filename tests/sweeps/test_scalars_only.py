@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import csv
-import os
 import shutil
-import signal
-import subprocess
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
 
-from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, environment
-from tests.support.datasets import datasets
+from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli import Case, sweep
 from thermoroll_cli.studies.sweeps.sweep import JOURNAL_NAME
 
@@ -23,9 +18,6 @@ KEYS = ("creepage.longitudinal", "creepage.lateral")
 LATERAL, LONGITUDINAL = 2, 6
 SWEEP = ("--over", f"{KEYS[0]}=0.0005:0.006:{LONGITUDINAL}", "--over", f"{KEYS[1]}=0.0001:0.002:{LATERAL}",
          "--set", "numerics.grid=8", "--scalars-only", "--no-plots")  # fmt: skip
-COUNT = LATERAL * LONGITUDINAL
-
-
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("case") / "spheres.toml"
@@ -46,20 +38,8 @@ def data(folder: Path) -> xarray.Dataset:
         return opened.to_dataset().load()
 
 
-def solved(folder: Path) -> int:
-    """Points in the journal, whose first line is its head."""
-    path = folder / JOURNAL_NAME
-    return path.read_bytes().count(b"\n") - 1 if path.exists() else 0
-
-
 def copied(serial: Path, folder: Path) -> Path:
     return Path(shutil.copy(serial / JOURNAL_NAME, folder))
-
-
-def assert_same(folder: Path, serial: Path) -> None:
-    assert (folder / "sweep.csv").read_bytes() == (serial / "sweep.csv").read_bytes()
-    assert datasets(folder / "sweep.h5") == datasets(serial / "sweep.h5")
-    assert sorted(path.name for path in folder.iterdir()) == ["sweep.csv", "sweep.h5", "sweep.jsonl"]
 
 
 @pytest.mark.slow
@@ -82,23 +62,6 @@ def test_an_array_over_the_swept_keys(serial: Path) -> None:
         column = [float(row["force_y_N"]) for row in csv.DictReader(stream)]
     np.testing.assert_array_equal(found.force_y_N.values.ravel(), column)
     assert found.force_y_N.attrs["long_name"] == "lateral creep force"
-
-
-@pytest.mark.slow
-def test_killed_and_resumed_gives_the_same_rows(case: Path, serial: Path, tmp_path: Path) -> None:
-    words = [*COMMAND, "sweep", str(case), *SWEEP, "-o", str(tmp_path)]
-    with subprocess.Popen(words, env=environment({}), stderr=subprocess.DEVNULL, start_new_session=True) as process:
-        deadline = time.monotonic() + PATIENCE
-        while solved(tmp_path) < 3:
-            assert process.poll() is None and time.monotonic() < deadline
-            time.sleep(0.005)
-        os.killpg(process.pid, signal.SIGKILL)
-    found = solved(tmp_path)
-    assert 0 < found < COUNT
-    done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
-    assert done.returncode == 0
-    assert f"{found} of {COUNT} points are finished already" in done.stderr
-    assert_same(tmp_path, serial)
 
 
 @pytest.mark.slow

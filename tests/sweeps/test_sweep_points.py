@@ -31,22 +31,12 @@ def points_of(text: str, axes: tuple[Axis, ...]) -> list[Case]:
     return list(Points((Base(text, "case.toml", "case"),), axes).checked())
 
 
-@pytest.mark.parametrize(
-    ("text", "values"),
-    [
-        ("k.x=0:1:5", (0, 0.25, 0.5, 0.75, 1)),
-        ("k.x=0.1:0.5:5", (0.1, 0.2, 0.3, 0.4, 0.5)),
-        ("k.x=1:1000:4:log", (1, 10, 100, 1000)),
-        ("k.x=-1:-0.01:3:log", (-1, -0.1, -0.01)),
-        ("k.x=3:1:3", (3, 2, 1)),
-        ("k.x = 32, 64,128", (32, 64, 128)),
-        ("k.x=5e-3", (5e-3,)),
-        ("k.x=.5,inf", (0.5, float("inf"))),
-        ("k.x=rolling,sliding", ("rolling", "sliding")),
-        ("k.x=0.5,matched", (0.5, "matched")),
-        ("k.x=true,false", (True, False)),
-    ],
-)
+@pytest.mark.parametrize(("text", "values"), [
+    ("k.x=0:1:5", (0, 0.25, 0.5, 0.75, 1)), ("k.x=0.1:0.5:5", (0.1, 0.2, 0.3, 0.4, 0.5)),
+    ("k.x=1:1000:4:log", (1, 10, 100, 1000)), ("k.x=-1:-0.01:3:log", (-1, -0.1, -0.01)), ("k.x=3:1:3", (3, 2, 1)),
+    ("k.x = 32, 64,128", (32, 64, 128)), ("k.x=5e-3", (5e-3,)), ("k.x=.5,inf", (0.5, float("inf"))),
+    ("k.x=rolling,sliding", ("rolling", "sliding")), ("k.x=0.5,matched", (0.5, "matched")), ("k.x=true,false", (True, False)),
+])
 def test_values(text: str, values: tuple[float, ...]) -> None:
     axis = Axis.parse(text)
     assert (axis.key, axis.values) == ("k.x", values)
@@ -176,22 +166,18 @@ def test_labels_of_points_are_columns_and_an_axis(case: Path, tmp_path: Path, mo
         assert done.returncode == 2 and words in done.stderr and not (tmp_path / "no").exists()
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("path_mm,load.normal_N\n1,2\n", "the column path_mm is no key of a case"),
-        ("#Q_F_W,load.normal_N\n1,2\n", "a label cannot be called Q_F_W"),
-        ("", "a list of points needs a header line"),
-        ("load.normal_N\n", "needs a header line"),
-        ("load.normal_N,load.normal_N\n1,2\n", "swept twice"),
-        ("load.normal_N,rolling.speed_m_s\n1,2\n3\n", "line 3: 1 values for 2 columns"),
-        ("load.normal_N,rolling.speed_m_s\n60,5,1,2\n", "where numbers have a comma, separate them by semicolons"),
-        ("load.normal_N;rolling.speed_m_s\n1;2\n;;;\n3;4\n", "line 3: a blank row between others"),
-        ("load.normal_N,rolling.speed_m_s\n1,2\n3,\n", "line 3: rolling.speed_m_s has no value"),
-        ("load.normal_N\n1\n2\n1\n", "line 4: the same point as in line 2"),
-        ("load.normal_N\n1\n?\n", "neither a number nor a word"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("path_mm,load.normal_N\n1,2\n", "the column path_mm is no key of a case"),
+    ("#Q_F_W,load.normal_N\n1,2\n", "a label cannot be called Q_F_W"),
+    ("", "a list of points needs a header line"), ("load.normal_N\n", "needs a header line"),
+    ("load.normal_N,load.normal_N\n1,2\n", "swept twice"),
+    ("load.normal_N,rolling.speed_m_s\n1,2\n3\n", "line 3: 1 values for 2 columns"),
+    ("load.normal_N,rolling.speed_m_s\n60,5,1,2\n", "where numbers have a comma, separate them by semicolons"),
+    ("load.normal_N;rolling.speed_m_s\n1;2\n;;;\n3;4\n", "line 3: a blank row between others"),
+    ("load.normal_N,rolling.speed_m_s\n1,2\n3,\n", "line 3: rolling.speed_m_s has no value"),
+    ("load.normal_N\n1\n2\n1\n", "line 4: the same point as in line 2"),
+    ("load.normal_N\n1\n?\n", "neither a number nor a word"),
+])
 def test_lists_that_are_refused(text: str, message: str, case: Path, tmp_path: Path) -> None:
     (tmp_path / "points.csv").write_text(text)
     done = call("sweep", case, "--points", tmp_path / "points.csv", "-o", tmp_path / "out")

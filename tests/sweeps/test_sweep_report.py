@@ -11,12 +11,10 @@ from typing import Any
 
 import pytest
 
-from tests.support.command_line import MECHANICAL, THERMAL, call
+from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli.cli.tables import FAILED, wrapped
 from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.problem.scalar_errors import with_error, worth_showing
-
-HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'
 
 
 @pytest.fixture
@@ -67,22 +65,6 @@ def test_a_given_creepage_is_not_shown_again_and_what_never_changes_only_once(ca
     (told,) = (line for line in done.stdout.splitlines() if line.startswith("  at all points: "))
     assert "creepage" not in told
     assert "gamma_p = 1" in told and "gamma_c = 1" in told and "gamma_p" not in printed_columns(done.stdout)
-
-
-@pytest.mark.slow
-def test_a_point_without_a_steady_state_has_its_own_scalars_and_a_reason(tmp_path: Path) -> None:
-    (tmp_path / "spheres.toml").write_text(HOT)
-    over = ("--over", "rolling.speed_m_s=100,5e3")
-    done = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "out", "--no-plots")
-    assert done.returncode == 4
-    assert printed_columns(done.stdout, "spheres_0001")[:2] == ["rolling.speed_m_s", "Q_F_W"]
-    fine, hot = csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines())
-    assert (fine["status"], fine["rolling.speed_m_s"]) == ("converged", "100")
-    assert (hot["status"], hot["rolling.speed_m_s"]) == ("not_converged", "5000.0")
-    assert "thermoroll sweep CASE --over rolling.speed_m_s=100:5000:14:log" in hot["reason"]
-    assert f"{FAILED}  5000" in done.stdout
-    # The scalars belong to the speed of the point: T_γ is Q_F/V.
-    assert float(hot["Q_F_W"]) / float(hot["T_gamma_N"]) == pytest.approx(5e3, rel=1e-9)
 
 
 @pytest.mark.parametrize("columns", [60, 200])
