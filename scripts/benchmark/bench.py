@@ -25,7 +25,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from scripts.benchmark import contact, over_time, page, positions, rows
+from scripts.benchmark import contact, kinds, over_time, page, positions, rows
 from scripts.benchmark.cases import (
     BASELINES,
     FOLDER,
@@ -161,6 +161,7 @@ def main() -> None:
     parts: dict[str, Callable[[], Any]] = {
         "accuracy": lambda: accuracy(runs), "taken_away": lambda: taken_away(runs), "rows": lambda: rows.measure(runs),
         "processes": lambda: processes(runs), "asked": asked, "over_time": lambda: over_time.measure(runs),
+        "kinds": lambda: kinds.measure(runs),
     }
     if options.contact:
         parts["contact"] = lambda: contact.against_contact(options.contact, runs)

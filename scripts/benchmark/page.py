@@ -7,6 +7,7 @@ from typing import Any
 
 from scripts.benchmark.cases import HOT, ROOT
 from scripts.benchmark.contact import ratios
+from scripts.benchmark.kinds import POWER, PRESSURE
 from scripts.figures.figures_documents import fill
 from scripts.figures.figures_drawing import COUPLED, ISOTHERMAL, diagrams
 from scripts.figures.figures_drawing import write as save
@@ -21,7 +22,7 @@ def write(results: dict[str, Any]) -> None:
     """Fill in all tables for which there are numbers, and draw the figure."""
     makers = {"accuracy": _accuracy, "contact": _contact, "taken_away": _taken_away, "frictionless": _frictionless,
               "rows": _rows, "processes": _processes, "positions": _positions, "asked": _asked,
-              "over_time": _over_time}
+              "over_time": _over_time, "kinds": _kinds}
     tables = {name: makers[name](part["measured"]) for name, part in results.items()}
     if "accuracy" in results:
         tables["coupled"] = _coupled(results["accuracy"]["measured"])
@@ -46,6 +47,12 @@ def _over_time(measured: list[dict[str, Any]]) -> dict[str, Any]:
     rows = [[r["history"], str(r["N"]), str(r["steps"]), f"{r['seconds']:.2g}", f"{r['error']:.1e}", f"{r['applications']:.1f}",
              str(r["steady"]), f"{r['applications'] / r['steady']:.2f}"] for r in measured]
     return _table("history | N | steps | CPU s | error of the force over μW, rms | applications a step | steady | ratio", rows)
+
+
+def _kinds(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    rows = [[r["name"], str(r["N"]), f"{r['seconds']:.2g}",
+             *(f"{error:.0e}, {estimate:.0e}" for error, estimate in (r[POWER], r[PRESSURE]))] for r in measured]
+    return _table("problem | N | CPU s | power | largest pressure", rows)
 
 
 def _digits(ratio: float) -> str:
