@@ -29,7 +29,7 @@ def test_shear_below_a_line_contact_carries_the_traction() -> None:
 
 @pytest.mark.parametrize("friction", [pytest.param(0.1, marks=pytest.mark.slow), 0.3])
 def test_limits_of_a_circular_contact_are_those_of_computed_stresses(friction: float) -> None:
-    result = solve(strong_circle(friction, 32))
+    result = solve(strong_circle(friction, 24))
     kept, p0 = result.bodies["lower"].strength, result.of_problem["hertz_p0_MPa"] * 1e6
     for name, curve in (("elastic_limit_k", CIRCLE_ELASTIC), ("shakedown_k", CIRCLE_SHAKEDOWN)):
         needed = float(kept[name][1:].max())
@@ -37,7 +37,7 @@ def test_limits_of_a_circular_contact_are_those_of_computed_stresses(friction: f
 
 
 def test_the_map_has_the_point_of_the_case_and_names_the_criteria() -> None:
-    problem = strong_circle(0.2, 16)
+    problem = strong_circle(0.2, 12)
     result = solve(dataclasses.replace(problem, subsurface=dataclasses.replace(problem.subsurface, layers=8)))
     picture = figure(result, "shakedown_map")
     assert picture is not None

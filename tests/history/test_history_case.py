@@ -587,25 +587,6 @@ def warm(begin: str, *, slow: float = 1.0, **tables: dict[str, Any]) -> dict[str
 TEMPERATURES = "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "temperature_rise_mean_lower_K"
 
 
-@pytest.mark.slow
-def test_steady_heat_stays_and_is_approached() -> None:
-    """The first row is the steady state, and so is the last one, of a history that begins steady or cold."""
-    stays, grows = (solve(warm(begin, history={"steps": steps})).history for begin, steps in (("steady", 8), ("pressed", 56)))
-    assert stays is not None and grows is not None
-    for name in TEMPERATURES:
-        steady = stays[name][0]
-        assert steady > 0.0 and grows[name][0] == 0.0 and np.diff(grows[name]).min() > -1e-4 * steady, name
-        assert stays[name] == pytest.approx([steady] * 9, rel=5e-4), name
-        assert grows[name][-1] == pytest.approx(steady, rel=5e-3), name
-    without = {name: table for name, table in warm("steady").items() if name != "history"}
-    result = solve({**without, "creepage": {"longitudinal": 0.003}})
-    assert stays[TEMPERATURES[0]][0] == pytest.approx(
-        result[TEMPERATURES[0]], abs=2.0 * stays[f"uncertainty.{TEMPERATURES[0]}"][0]
-    )
-    for row in (0, 20, -1):
-        assert grows["heat_into_lower_W"][row] + grows["heat_into_upper_W"][row] == pytest.approx(grows["Q_F_W"][row], rel=1e-4)
-
-
 def test_half_the_speed_and_diffusivity_is_half_as_warm() -> None:
     fast, slow = (
         solve(warm("pressed", slow=slow, numerics={"grid": 8}, history={"steps": 8})).history for slow in (1.0, 2.0)

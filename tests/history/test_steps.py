@@ -186,19 +186,6 @@ def test_the_steady_state_stays(unlike: bool) -> None:
     assert [moment.applications for moment in moments[1:]] == pytest.approx([6] * 5, abs=6)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("unlike", [pytest.param(False, marks=pytest.mark.slow), True])
-def test_it_ends_in_the_steady_state(unlike: bool) -> None:
-    """From nothing, and in one step that is much longer than the contact."""
-    problem = replace(ball(20), **UNLIKE) if unlike else ball(20)
-    steady = forces(history(problem, (0.0, 1.0), EVERYTHING))[0]
-    grown = forces(history(problem, (0.0, 28e-3), EVERYTHING, begin="pressed", rows=np.linspace(0.0, 28e-3, 41)))
-    # What material has moved in the bodies far behind the contact stays.
-    assert np.abs(grown[0]).max() == 0.0 and np.abs(grown[-1] - steady).max() < 2e-3 * MU * WEIGHT
-    leap = forces(history(problem, (0.0, 100.0), EVERYTHING, begin="pressed"))
-    assert np.abs(leap[-1] - steady).max() < 1e-3 * MU * WEIGHT
-
-
 LOADED = {"load.normal_N": (WEIGHT, 1.4 * WEIGHT, 0.7 * WEIGHT), ALONG: (0.0, 0.001, -0.001), ACROSS: (0.0005, 0.0, 0.001),
           SPIN: (0.0, -4e-4, 4e-4)}
 PLACES, ROWS = (0.0, 3e-3, 6e-3), np.linspace(0.0, 6e-3, 9)

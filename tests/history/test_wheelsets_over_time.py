@@ -76,28 +76,6 @@ def test_the_path_is_mirrored_with_the_wheel() -> None:
     assert np.ptp(right) > 1.0
 
 
-@pytest.mark.slow
-def test_the_velocity_is_that_of_the_path() -> None:
-    """A wheel that moves along its own yaw has no lateral creepage."""
-    keys = {"begin": "steady", "distance_mm": [0, 5], "steps": 1}
-    moved = column(wheel(history=keys | {"values": {"wheelset.lateral_shift_mm": [0.0, 0.01]}}, wheelset={"yaw_mrad": 2.0}),
-                   "track_force_y_N")
-    still = column(wheel(history=keys, wheelset={"yaw_mrad": 2.0}), "track_force_y_N")
-    assert abs(moved[0]) < 0.01 * abs(still[0])
-
-
-@pytest.mark.slow
-def test_a_path_may_be_given_in_time_and_with_places_between() -> None:
-    def forces(history: dict[str, Any], shift: list[float]) -> Any:
-        return column(wheel(history={"distance_mm": None, "steps": 2, "values": {"wheelset.lateral_shift_mm": shift}} | history,
-                            numerics={"grid": 12}), "track_force_y_N")
-
-    path = forces({"distance_mm": [0.0, 8.0]}, [0.0, 0.02])
-    assert forces({"time_s": [0.0, 8e-3]}, [0.0, 0.02]) == pytest.approx(path, rel=1e-9)
-    assert forces({"distance_mm": [0.0, 4.0, 8.0]}, [0.0, 0.01, 0.02]) == pytest.approx(path, rel=1e-4)
-    assert np.ptp(path) > 1.0
-
-
 def test_a_patch_that_wanders_across_the_rail() -> None:
     """A domain of all rows reaches beyond the ends that the patch's surfaces have at one of them. Each row is far from the one
     before, and the steady state of its place."""

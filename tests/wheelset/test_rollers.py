@@ -22,7 +22,7 @@ MANCHESTER: dict[str, Any] = {
     "track": {"rail_profile": {"file": f"{ROOT}/cases/MBench_UIC60_v3.prr"}},
     "wheelset": {"wheel_profile": {"file": f"{ROOT}/cases/MBench_S1002_v3.prw"}, "nominal_radius_mm": 460.0,
                  "lateral_shift_mm": 4.0, "yaw_mrad": 9.6, "vertical_N": 20e3, "patches": "planar"},
-    "load": {"friction_coefficient": 0.3}, "rolling": {"speed_m_s": 2.0}, "numerics": {"grid": 16},
+    "load": {"friction_coefficient": 0.3}, "rolling": {"speed_m_s": 2.0}, "numerics": {"grid": 12},
 }  # fmt: skip
 Y = np.linspace(-50.0, 50.0, 201)
 CIRCLE = np.sqrt(100.0**2 - Y**2) - 100.0

@@ -48,7 +48,7 @@ def tables(rail_profile: dict[str, Any], wheel_profile: dict[str, Any], side: st
 
 
 PLAIN = {"points_mm": rail(), "flip": False}, {"points_mm": wheel(R), "flip": False}
-NOSE = sections(np.arange(-100.0, 101.0, 10.0), [rail(-0.1 * s) for s in np.arange(-100.0, 101.0, 10.0)])
+NOSE = sections(np.arange(-100.0, 101.0, 50.0), [rail(-0.1 * s) for s in np.arange(-100.0, 101.0, 50.0)])
 
 
 def flat(length: float) -> dict[str, Any]:
@@ -62,14 +62,14 @@ def flat(length: float) -> dict[str, Any]:
 def test_slices_that_are_all_the_same_are_the_plain_track(patches: str) -> None:
     """And a wheel that is round all the way. Slices that differ far away alone are it as nearly as 8 elements show."""
     def solved(*profiles: dict[str, Any]) -> Result:
-        return solve(Case.from_dict(tables(*profiles, patches=patches) | {"numerics": {"grid": 8}}))
+        return solve(Case.from_dict(tables(*profiles, patches=patches, height_mm=0.05) | {"numerics": {"grid": 8}}))
 
     plain = solved(*PLAIN)
     for far, near in ((0.0, 1e-9), (1.0, 1e-3)):
         sliced = solved(sections((-50.0, 0.0, 20.0, 90.0, 800.0), [*4 * [rail()], rail(far)]),
                         sections((-20.0, 0.0, 30.0), 3 * [wheel(R)]))
         assert plain.converged and sliced.converged, sliced.reason
-        for name in ("height_mm", "track_force_x_N", "track_force_z_N", "pressure_max_MPa", "Q_F_W"):
+        for name in ("track_force_x_N", "track_force_z_N", "pressure_max_MPa", "Q_F_W"):
             assert sliced[name] == pytest.approx(plain[name], rel=near, abs=1e-12), name
 
 
@@ -99,9 +99,9 @@ def test_a_wheel_climbs_a_nose_ahead_of_its_axle() -> None:
 
 def test_a_mirrored_track_mirrors_the_forces() -> None:
     """A rail that moves sideways along the track, under a right wheel and as its mirror image under a left one."""
-    places = np.arange(-60.0, 61.0, 20.0)
+    places = np.arange(-60.0, 61.0, 40.0)
     moved = sections(places, [rail(-0.05 * s, 0.1 * s) for s in places])
-    right, left = (solve(Case.from_dict(tables(moved, PLAIN[1], side) | {"numerics": {"grid": 8}}))
+    right, left = (solve(Case.from_dict(tables(moved, PLAIN[1], side, height_mm=0.05) | {"numerics": {"grid": 8}}))
                    for side in ("right", "left"))
     assert right.converged, right.reason
     assert abs(right["track_force_y_N"]) > 10.0
