@@ -223,7 +223,7 @@ def test_errors_know_that_steps_pass_over_waves() -> None:
 
 def test_a_rough_step_takes_few_applications() -> None:
     """Spots stick and slip anew with every step; near full sliding, and with a part of the friction used."""
-    for creepage, most in ((0.0015, 2.0), (0.0004, 3.2)):
+    for creepage, most in ((0.0015, 1.6), (0.0004, 1.6)):
         case = over_time(32, 0.05, 5, creepage={"longitudinal": creepage})
         case["history"]["begin"] = "pressed"
         rough = case | {"surface": {"upper": {"kind": "rough", "rms_um": 0.1, "shortest_mm": 0.024, "longest_mm": 0.3}}}

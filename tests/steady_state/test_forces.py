@@ -295,12 +295,11 @@ def test_grids_need_not_be_square():
         assert s["force_y_N"] == pytest.approx(expected["force_y_N"], abs=1e-3 * limit)
 
 
-@pytest.mark.slow
-def test_a_rough_contact_that_mostly_sticks_takes_no_thousands_of_applications() -> None:
-    """Its lines of rolling depend on each other, which takes more Krylov steps than other contacts do: 8,606 applications with
-    60 of them at most. The creepage is that of half as many elements a side."""
+def test_a_rough_contact_that_mostly_sticks_takes_few_applications() -> None:
+    """Elements that borders cut lie inside its runs of stick, and their own traction decides their slip: 723 applications if
+    they are integrated along rolling with the others. The creepage is that of half as many elements a side."""
     problem = random_profile_contact(75001, ROUGH)
     found, coarse = (solve(replace(problem, numerics=Numerics(grid=(side, side)))) for side in (128, 64))
-    assert found.converged and found.work["levels"][-1]["applications"] < 1500
+    assert found.converged and found.work["levels"][-1]["applications"] < 80
     names = "creepage_longitudinal", "gamma_st"
     assert all(abs(found[name] - coarse[name]) < coarse.uncertainty[name] for name in names)

@@ -113,15 +113,13 @@ class EdgeCompliance:
     of K is zero, but picking the other elements takes longer than multiplying all.
 
     `partial` marks partly covered elements, `crossed` those in which a neutral line outweighs the compliance of the element;
-    `neutral` (n, m) is the compliance of that line and `interlayer` (n, m) that of an interlayer at the ends of the rows. Both
-    are part of K; None without them."""
+    `neutral` (n, m) is the compliance of that line, a part of K; None without one."""
 
     k: AnyArray
     of_trailing: AnyArray
     partial: Mask
     crossed: Mask
     neutral: AnyArray | None
-    interlayer: AnyArray | None
 
     @property
     def diagonal(self) -> AnyArray:
@@ -171,18 +169,16 @@ def edge_compliance(
         # Over an interlayer tractions rise linearly; only the share of the half-spaces rises like a square root.
         k[:, known] /= 1.0 + compliance.interlayer / (along * dx)
         trailing &= ~known
-    neutral = interlayer = None
-    crossed = np.zeros_like(contact)
     if gradient.bodies.shear.interlayer and gradient.rolls:
-        interlayer = interlayer_ends(covered, contact, gradient.bodies.shear.interlayer, dx, gradient.weights,
-                                     options.smallest_cover)
-        k[:2] += interlayer
+        k[:2] += interlayer_ends(covered, contact, gradient.bodies.shear.interlayer, dx, gradient.weights,
+                                 options.smallest_cover)
+    neutral, crossed = None, np.zeros_like(contact)
     of_trailing = k * trailing
     if variation is not None:
         own = float(np.mean(gradient.self_gradient))
         neutral, crossed = neutral_compliance(variation, bound if at_slip is None else at_slip, own)
         k[:2] += neutral
-    return EdgeCompliance(k, of_trailing, partial, crossed, neutral, interlayer)
+    return EdgeCompliance(k, of_trailing, partial, crossed, neutral)
 
 
 def block_product(block: Iterable[AnyArray], v: AnyArray) -> AnyArray:
