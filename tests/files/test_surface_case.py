@@ -14,6 +14,7 @@ import pytest
 from tests.support.command_line import call
 from thermoroll_cli import Case
 from thermoroll_cli.files.case_errors import CaseError
+from thermoroll_cli.many_contacts.history.history_plan import warnings_of
 from thermoroll_cli.problem.surface import Dent, Flat, MeasuredHeights, Sum, Wave
 
 BALL: dict[str, Any] = {
@@ -93,6 +94,23 @@ def test_files_of_heights(tmp_path: Path, written: str) -> None:
     assert np.isfinite(surface.heights).all()
     assert surface.spacing == pytest.approx((2e-6, 3e-6))
     assert surface.side == pytest.approx(-9e-6)  # its middle lies at y = 0
+
+
+def test_what_is_filled_in_is_told_and_has_a_limit(tmp_path: Path) -> None:
+    """A twentieth of the points may lack a height; more of them is a warning, more than half an error."""
+    heights, path = np.random.default_rng(5).normal(size=(20, 20)), tmp_path / "spots.npy"
+    table = {"file": str(path), "spacing_um": 5.0, "fill": "interpolate"}
+    for count, told in ((20, False), (21, True), (200, True)):
+        heights.flat[:count] = np.nan
+        np.save(path, heights)
+        words = f"{100.0 * count / 400:.3g} % of the points of the lower surface had no height"
+        history = Case.from_dict(with_surface(lower=table)).task
+        assert any(warning.startswith(words) for warning in warnings_of(history)) == told
+    heights.flat[200] = np.nan
+    np.save(path, heights)
+    with pytest.raises(CaseError, match=r"spots.npy: 50.2 % of its 400 points have no height") as caught:
+        surfaces(lower=table)
+    assert caught.value.findings[0].key == "surface.lower.file" and "at most 50 %" in caught.value.findings[0].hint
 
 
 def test_heights_are_turned_levelled_and_smoothed(tmp_path: Path) -> None:

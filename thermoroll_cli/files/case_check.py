@@ -7,7 +7,6 @@ import itertools
 import math
 import os
 import re
-import zlib
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
@@ -275,9 +274,7 @@ class _Checker:
             table = table.model_copy(update={"file": os.path.abspath(
                 os.path.join(os.path.dirname(self.source.name), table.file))})
             try:
-                reading_of(table, body_at(path))
-                with open(str(table.file), "rb") as file:
-                    found = f"{zlib.crc32(file.read()):08x}"
+                found = reading_of(table, body_at(path)).checksum
             except (ValueError, OSError) as fault:
                 self._note((*path, "file"), str(fault), allowed=MEASURED_IN, hint=getattr(fault, "hint", ""))
                 return None

@@ -430,8 +430,7 @@ def over_time(
 
 def _surface(sections: Sections) -> Iterator[Conflict]:
     for path, message, allowed in surface_faults(sections):
-        of_value = isinstance((None, *path)[-2], int) and "missing" not in message and "no key" not in message
-        yield Conflict(path, message, allowed, at_key=not of_value)
+        yield Conflict(path, message, allowed, at_key=True)
 
 
 def _speed(sections: Sections, rolling: model.RollingTable) -> Iterator[Conflict]:

@@ -153,7 +153,8 @@ def surface_faults(sections: Mapping[str, Any]) -> Iterator[Fault]:
             path: KeyPath = (*given.path, number)
             yield from (((*path, *own), why, allowed) for own, why, allowed in _faults_of(part))
             if (part.name == "flat" or (part.repeat and part.kind)) and (math.isinf(given.radius) or given.radius < 0.0):
-                yield (*path, "kind"), f"needs a convex body: {given.radius_key} is {given.radius:g}", "a radius above 0"
+                convex = f"a {part.kind} needs a convex body: {given.radius_key} is {given.radius:g}"
+                yield (*path, "kind"), convex, "a radius above 0"
             if is_line(sections):
                 yield from (((*path, *own), why, allowed) for own, why, allowed in _faults_of_line(part))
 
@@ -172,20 +173,21 @@ def _faults_of(part: SurfaceTable) -> Iterator[tuple[tuple[str, ...], str, str]]
         yield ("degree",), "belongs to remove = \"polynomial\"", "both, or neither"
     if part.kind == "rough" and part.shortest_mm is not None and part.longest_mm is not None:
         if part.longest_mm < part.shortest_mm:
-            yield ("longest_mm",), "is below shortest_mm", f"{part.shortest_mm:g} or more"
+            yield ("longest_mm",), f"{part.longest_mm:g} is below shortest_mm", f"{part.shortest_mm:g} or more"
         elif math.prod(_points(part)[0]) > MOST_POINTS:
             counts = " × ".join(map(str, _points(part)[0]))
-            yield ("longest_mm",), f"takes {counts} points with shortest_mm", f"a product of at most {MOST_POINTS}"
+            yield (("longest_mm",), f"{part.longest_mm:g} takes {counts} points with shortest_mm",
+                   f"a product of at most {MOST_POINTS}")
 
 
 def _faults_of_line(part: SurfaceTable) -> Iterator[tuple[tuple[str, ...], str, str]]:
     """What a line contact does not have."""
     if part.kind == "dent":
-        yield ("kind",), "varies across rolling, and a line contact does not", "wave, flat, rough, or heights of one column"
+        yield ("kind",), "a dent varies across rolling, a line contact does not", "wave, flat, rough, or heights of one column"
     if (part.angle_deg or 0.0) % 180.0:
-        yield ("angle_deg",), "turns the wave across rolling, where a line contact does not vary", "0"
+        yield ("angle_deg",), f"{part.angle_deg:g}° turn the wave across rolling, where a line contact does not vary", "0"
     if (part.lay_ratio or 1.0) != 1.0:
-        yield ("lay_ratio",), "is of a surface that varies across rolling, which a line contact does not", "1"
+        yield ("lay_ratio",), f"{part.lay_ratio:g} varies across rolling, which a line contact does not", "1"
 
 
 def surface_of(parts: list[SurfaceTable] | None, body: BodyName, radius_mm: float, *, line: bool = False) -> Heights | None:
@@ -209,7 +211,8 @@ def heights_of(part: SurfaceTable, body: BodyName, radius: float, *, line: bool)
         return _rough(part, start, side, line=line)
     measured = reading_of(part, body)
     across = (measured.heights.shape[1] - 1) * measured.spacing[1]
-    return MeasuredHeights(measured.heights, measured.spacing, start, side - 0.5 * across, (bool(part.repeat), False))
+    return MeasuredHeights(measured.heights, measured.spacing, start, side - 0.5 * across, (bool(part.repeat), False),
+                           measured.shown["filled_share"])
 
 
 def reading_of(part: SurfaceTable, body: BodyName) -> MeasuredSurface:

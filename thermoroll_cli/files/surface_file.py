@@ -10,6 +10,7 @@ import math
 import os
 import warnings
 import zipfile
+import zlib
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Literal
@@ -31,6 +32,8 @@ PLAIN = "", ".txt", ".csv", ".tsv", ".dat", ".asc"
 """Endings of texts that are no files of instruments."""
 HIGHEST, WIDEST, MOST_POINTS = 10e-3, 1.0, 2**26
 """Largest range of heights and side of an instrument's field in m, and number of points: beyond, units are wrong."""
+MOST_FILLED = 0.5
+"""Share of the points without a height above which these are not filled in: more than half of the surface would be made up."""
 IRREGULAR = 1e-3
 """Departure of the places of columns from a regular grid, in steps of it."""
 MEASURED_IN = "a matrix of heights with spacing_um, columns x, y in mm and height, or an instrument's file"
@@ -40,11 +43,12 @@ SIGMA = math.sqrt(0.5 * math.log(2.0)) / math.pi
 
 @dataclass(frozen=True)
 class MeasuredSurface:
-    """Heights as a case wants them, (n, m) in m, points `spacing` (m) apart along and across; `record` says how they were
-    read."""
+    """Heights as a case wants them, (n, m) in m, points `spacing` (m) apart along and across, of a file with a `checksum`;
+    `record` says how they were read."""
 
     heights: Array
     spacing: tuple[float, float]
+    checksum: str
     shown: dict[str, Any] = field(default_factory=dict)
 
     def record(self) -> dict[str, Any]:
@@ -105,9 +109,10 @@ def _prepared(
     _check(heights, name)
     missing = ~np.isfinite(heights)
     share = float(missing.mean())
-    if share and not fill:
+    if share > (MOST_FILLED if fill else 0.0):
         raise TableError(f"{name}: {100.0 * share:.3g} % of its {heights.size} points have no height",
-                         'fill = "interpolate" gives them heights from those around')
+                         'fill = "interpolate" gives them heights from those around, if they are at most '
+                         f"{100.0 * MOST_FILLED:g} %")
     if share:
         heights = _filled(heights, missing)
     if along == "y":
@@ -126,7 +131,9 @@ def _prepared(
     texture = Texture.of(heights, (dx, dy), repeats=repeats)
     signs = [axis for axis, changed in (("y", mirrored), ("height", flip)) if changed]
     what = {"none": "nothing", "polynomial": f"a polynomial of degree {degree}", "mean": "the mean", "plane": "a plane"}[remove]
-    return MeasuredSurface(heights, (dx, dy), {
+    with open(path, "rb") as file:
+        checksum = f"{zlib.crc32(file.read()):08x}"
+    return MeasuredSurface(heights, (dx, dy), checksum, {
         "file": name, "format": read.format, "points": list(heights.shape), "spacing_um": [1e6 * dx, 1e6 * dy],
         "unit": read.unit, "filled_share": share, "signs_changed": signs, "removed": what, **texture_record(texture)})
 

@@ -35,12 +35,14 @@ AROUND, SAMPLES = 3.0, 192
 @dataclass(frozen=True, eq=False)
 class Texture:
     """How rough heights are: root mean squares of height (m) and slope, their `range` (m), and the squared slopes `power` of
-    waves with the wave numbers `waves` (2, n) in rad/m along and across."""
+    waves with the wave numbers `waves` (2, n) in rad/m along and across. `filled` is the share of points that had no height and
+    got that of those around: there the surface is smoother than it was."""
 
     rms: float
     range: float
     waves: Array
     power: Array
+    filled: float = 0.0
 
     @classmethod
     def of(cls, heights: Array, spacing: tuple[float, float], *, repeats: bool = False) -> Texture:
@@ -225,27 +227,29 @@ class Sum(Together):
         """That of independent surfaces together."""
         each = [part.texture for part in self.parts]
         return Texture(math.hypot(*(one.rms for one in each)), sum(one.range for one in each),
-                       np.concatenate([one.waves for one in each], axis=1), np.concatenate([one.power for one in each]))
+                       np.concatenate([one.waves for one in each], axis=1), np.concatenate([one.power for one in each]),
+                       max(one.filled for one in each))
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredHeights:
     """`heights` (n, m) in m at points `spacing` (m) apart along u and y, joined by a spline. The first one lies at u = `start`,
     y = `side`. Where it `repeats` (along, across) it comes again and again; else the body is smooth beyond its ends. One column
-    is the same at all y."""
+    is the same at all y. The share `filled` of the points had no height."""
 
     heights: Array
     spacing: tuple[float, float]
     start: float = 0.0
     side: float = 0.0
     repeats: tuple[bool, bool] = (False, False)
+    filled: float = 0.0
     _columns: dict[bytes, Callable[[Array], Array]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def texture(self) -> Texture:
         """How rough they are."""
         repeats = self.repeats[0] and (self.repeats[1] or self.heights.shape[1] == 1)
-        return Texture.of(self.heights, self.spacing, repeats=repeats)
+        return replace(Texture.of(self.heights, self.spacing, repeats=repeats), filled=self.filled)
 
     def over(self, along: Array, across: Array) -> Array:
         """As `Closing.over`."""

@@ -31,6 +31,8 @@ PER_ELEMENT, PER_STEP = 0.25, 0.5
 """Largest elements and steps over the shortest wavelength of a surface that counts."""
 STEEP = 0.1
 """Slope (rad, rms) from which surfaces are steep."""
+MUCH_FILLED = 0.05
+"""Share of the points of a surface without a height above which it was not measured well."""
 FEW = 6
 """Steps below which errors are doubtful."""
 OF_BEGINNING, OF_STEP = 50, 14
@@ -137,6 +139,9 @@ def surface_warnings(history: OverTime, name: str, texture: Texture, sides: Mapp
     if texture.slope > STEEP:
         yield (f"slopes of {name} are {texture.slope:.2g} rad (rms): tractions act in the plane of the "
                "contact, and the slip of slopes over each other is left out")
+    if texture.filled > MUCH_FILLED:
+        yield (f"{100.0 * texture.filled:.3g} % of the points of {name} had no height and were filled in: there it is "
+               "smoother than it was, and the largest pressure may be too low")
 
 
 @dataclass(frozen=True)
