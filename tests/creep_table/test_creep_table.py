@@ -438,13 +438,6 @@ def test_bad_files(tiny: Path, tmp_path: Path) -> None:
     assert (done.returncode, "no such file" in done.stderr) == (5, True)
 
 
-def test_a_link_to_itself_is_no_bug(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.tools.runner.CONNECT_SECONDS", 0.5)
-    (tmp_path / "table.h5").symlink_to("table.h5")
-    done = call("table", "build", *TINY, "-o", tmp_path / "table.h5", "--dask", "foo")
-    assert done.returncode == 5 and "no Dask scheduler at foo" in done.stderr
-
-
 def test_a_file_that_is_no_table_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text("title = 'mine'\n")
     done = call("table", "build", *TINY, "-o", tmp_path / "case.toml")

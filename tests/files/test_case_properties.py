@@ -23,11 +23,7 @@ def numbers(low: float, high: float) -> st.SearchStrategy[float]:
 RADII = st.one_of(numbers(1e-3, 1e3), st.just(math.inf))
 SHARED = st.fixed_dictionaries({"youngs_modulus_GPa": numbers(1e-9, 1e6), "poisson_ratio": st.floats(0, 0.5)})
 CONSTANTS = st.fixed_dictionaries(
-    {
-        "conductivity_W_mK": numbers(1e-6, 1e6),
-        "expansion_um_mK": numbers(1e-6, 1e6),
-        "diffusivity_mm2_s": numbers(1e-9, 1e12),
-    }
+    {"conductivity_W_mK": numbers(1e-6, 1e6), "expansion_um_mK": numbers(1e-6, 1e6), "diffusivity_mm2_s": numbers(1e-9, 1e12)}
 )
 CREEPAGE = st.floats(-1e6, 1e6)
 
@@ -53,26 +49,17 @@ def cases(draw: st.DrawFn) -> dict[str, Any]:
     }
     optional = {
         "title": st.text(st.characters(categories=["L", "N", "P", "S"]), max_size=20),
-        "creepage": st.fixed_dictionaries(
-            {}, optional={"longitudinal": CREEPAGE, "lateral": CREEPAGE, "spin_rad_mm": CREEPAGE}
-        ),
+        "creepage": st.fixed_dictionaries({}, optional=dict.fromkeys(("longitudinal", "lateral", "spin_rad_mm"), CREEPAGE)),
         "numerics": st.one_of(
             st.fixed_dictionaries({"grid": st.integers(8, 2048)}, optional={"extent": st.floats(1.2, 6)}),
             st.fixed_dictionaries({"grid": st.lists(st.integers(8, 2048), min_size=2, max_size=2)}),
-            st.fixed_dictionaries({"accuracy": numbers(1e-5, 0.1)}),
-        ),
+            st.fixed_dictionaries({"accuracy": numbers(1e-5, 0.1)})),
         "output": st.fixed_dictionaries({"plots": st.booleans()}),
-    }
+    }  # fmt: skip
     if thermal:
-        optional["thermal"] = st.fixed_dictionaries(
-            {},
-            optional={
-                "heat": st.booleans(),
-                "deformation": st.booleans(),
-                "peclet": st.sampled_from(["rolling", "stationary"]),
-                "partition": st.floats(0, 1),
-            },
-        )
+        peclet = st.sampled_from(["rolling", "stationary"])
+        optional["thermal"] = st.fixed_dictionaries({}, optional={
+            "heat": st.booleans(), "deformation": st.booleans(), "peclet": peclet, "partition": st.floats(0, 1)})
     for key, strategy in optional.items():
         if draw(st.booleans()):
             content[key] = draw(strategy)
@@ -126,14 +113,8 @@ def test_units(content: dict[str, Any]) -> None:
 
 
 ANYTHING = st.one_of(
-    st.none().map(lambda _: {}),
-    st.integers(),
-    st.floats(),
-    st.booleans(),
-    st.text(max_size=10),
-    st.lists(st.integers(), max_size=3),
-    st.dictionaries(st.text(max_size=5), st.integers(), max_size=2),
-)
+    st.just({}), st.integers(), st.floats(), st.booleans(), st.text(max_size=10), st.lists(st.integers(), max_size=3),
+    st.dictionaries(st.text(max_size=5), st.integers(), max_size=2))  # fmt: skip
 
 
 @given(cases(), st.data())

@@ -60,11 +60,6 @@ def test_everything_comes_back(stored: pathlib.Path) -> None:
     np.testing.assert_array_equal(result.residuals["coupling"], original.residuals["coupling"])
 
 
-def test_scalars_alone_can_be_read(stored: pathlib.Path) -> None:
-    result = read_result(stored, with_fields=False)
-    assert result.status == "converged" and not result.coupled.fields and not result.residuals
-
-
 def test_states_that_are_the_same_stay_the_same(tmp_path: pathlib.Path) -> None:
     path = write(tmp_path / "one.h5", synthetic.result((16, 16), deformation=False))
     result = read_result(path)

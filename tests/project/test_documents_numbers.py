@@ -25,13 +25,11 @@ from thermoroll_cli.problem.result import Result
 
 class Claim(NamedTuple):
     """What a page says of a case with other values for some keys: scalars ("ball_1_inner.normal_N" of an assembly's contact),
-    each with the text that begins with its number, and its unit over that of the scalar. `grid`: a coarser one on which the
-    claim is tried; None: in the slow test alone."""
+    each with the text that begins with its number, and its unit over that of the scalar."""
 
     page: str
     case: str
     values: dict[str, Any]
-    grid: int | None
     says: tuple[tuple[str, str, float], ...]
 
 
@@ -40,37 +38,37 @@ TOOTH = {"material.conductivity_W_mK": 46.6, "material.expansion_um_mK": 11.7, "
          "thermal.partition": "matched"}  # fmt: skip
 """Steel teeth with β = 13.2 kJ/(m² K √s), far from the pitch point."""
 CLAIMS = (
-    Claim("line_contacts", "gear_pair", {}, 64, (
+    Claim("line_contacts", "gear_pair", {}, (
         ("pressure_max_MPa", "273.970 ± 0.004 MPa", 1.0), ("gamma_st", "0.3115 ± 0.0004", 1.0),
         ("force_x_N_mm", "0.67726 ± 0.00007 N/mm", 1.0), ("contact_width_mm", "0.029046 mm", 2.0))),
-    Claim("line_contacts", "gear_pair", {"creepage.longitudinal": 0.2}, 64, (
+    Claim("line_contacts", "gear_pair", {"creepage.longitudinal": 0.2}, (
         ("Q_F_W_mm", "0.450000 ± 0.000007 W/mm", 1.0), ("force_x_N_mm", "0.75 N/mm", 1.0))),
-    Claim("line_contacts", "gear_pair", TOOTH | {"thermal.deformation": False}, 64, (
+    Claim("line_contacts", "gear_pair", TOOTH | {"thermal.deformation": False}, (
         ("temperature_rise_max_lower_K", "6.4372 ± 0.0001 K", 1.0),)),
-    Claim("line_contacts", "gear_pair", TOOTH, 64, (("temperature_rise_max_lower_K", "6.441 K with the expansion", 1.0),)),
-    Claim("examples", "wheel_rail", {}, 24, (
+    Claim("line_contacts", "gear_pair", TOOTH, (("temperature_rise_max_lower_K", "6.441 K with the expansion", 1.0),)),
+    Claim("examples", "wheel_rail", {}, (
         ("pressure_max_MPa", "763.8 ± 0.6 MPa", 1.0), ("force_x_N", "24.76 ± 0.02 kN", 1e3), ("Q_F_W", "1446 ± 1 W", 1.0),
         ("temperature_rise_max_lower_K", "10.5 K", 1.0))),
-    Claim("examples", "wheel_rail", {"rolling.differential_slip": False}, 24, (("force_x_N", "25.17 ± 0.02 kN", 1e3),)),
-    Claim("examples", "coated_ball", {"creepage.spin_rad_mm": 0.005}, 16, (
+    Claim("examples", "wheel_rail", {"rolling.differential_slip": False}, (("force_x_N", "25.17 ± 0.02 kN", 1e3),)),
+    Claim("examples", "coated_ball", {"creepage.spin_rad_mm": 0.005}, (
         ("pressure_max_MPa", "841.6 ± 0.8 MPa", 1.0),
         ("contact_area_mm2", "1.010 ± 0.011 of π a₀ b₀", math.pi * 0.0541 * 0.524),
         ("force_x_N", "4.04 N", 1.0), ("force_y_N", "−0.15 N", 1.0), ("spin_moment_Nmm", "0.083 N mm", 1.0),
         ("layer_tension_max_upper_MPa", "230 ± 70 MPa (N = 64)", 1.0))),
-    Claim("examples", "coated_ball", {}, None, (("force_x_N", "4.43 N without spin", 1.0),)),
-    Claim("examples", "coated_ball", {"creepage.spin_rad_mm": 0.005, "numerics.grid": 192}, None, (
+    Claim("examples", "coated_ball", {}, (("force_x_N", "4.43 N without spin", 1.0),)),
+    Claim("examples", "coated_ball", {"creepage.spin_rad_mm": 0.005, "numerics.grid": 192}, (
         ("layer_tension_max_upper_MPa", "220 ± 30 MPa (N = 192)", 1.0),)),
-    Claim("polymers", "polymer_roller", {}, 16, (
+    Claim("polymers", "polymer_roller", {}, (
         ("hysteresis_W", "4.4 W", 1.0), ("rolling_resistance_N", "2.9 N", 1.0),
         ("rolling_resistance_moment_Nmm", "270 N mm", 1.0), ("rolling_resistance_moment_Nmm", "2.7 N.", 100.0))),
-    Claim("polymers", "polymer_roller", {"force.longitudinal_N": 0.0}, 16, (
+    Claim("polymers", "polymer_roller", {"force.longitudinal_N": 0.0}, (
         ("rolling_resistance_N", "2.9 N for the free wheel", 1.0),)),
-    Claim("polymers", "polymer_roller", {"creepage.longitudinal": 0.0}, None, (("force_x_N", "−112 N", 1.0),)),
-    Claim("measured_profiles", "measured_wheelset", {}, 16, (("pressure_max_MPa", "1274 MPa", 1.0),)),
+    Claim("polymers", "polymer_roller", {"creepage.longitudinal": 0.0}, (("force_x_N", "−112 N", 1.0),)),
+    Claim("measured_profiles", "measured_wheelset", {}, (("pressure_max_MPa", "1274 MPa", 1.0),)),
     Claim("measured_profiles", "measured_wheelset", {
-        "track.rail_profile.smoothing_mm": 0.0, "wheelset.wheel_profile.smoothing_mm": 0.0, "numerics.grid": 64}, None, (
+        "track.rail_profile.smoothing_mm": 0.0, "wheelset.wheel_profile.smoothing_mm": 0.0, "numerics.grid": 64}, (
         ("pressure_max_MPa", "2460 MPa", 1.0),)),
-    Claim("bearing", "angular_contact", {"bearing.control": "outer"}, 16, (
+    Claim("bearing", "angular_contact", {"bearing.control": "outer"}, (
         ("ball_1_inner.contact_angle_deg", "47.8°, 34.4°", 1.0), ("ball_1_outer.contact_angle_deg", "34.4° | 49.1°", 1.0),
         ("ball_1_inner.contact_angle_deg", "47.8°, with race control", 1.0),
         ("ball_1_outer.contact_angle_deg", "34.4°, that of the inner", 1.0),
@@ -78,7 +76,7 @@ CLAIMS = (
         ("ball_1_inner.cage_speed_rad_s", "0.4464 of the inner ring's speed", 1e4 * math.pi / 30.0),
         ("ball_1_inner.spin_to_roll", "0.4235", -1.0), ("ball_1_inner.spin_to_roll", "−0.42 | −0.41", 1.0),
         ("ball_1_outer.spin_to_roll", "0 | −0.076", 1.0), ("torque_Nmm", "1.90 N m", 1e3))),
-    Claim("bearing", "angular_contact", {}, None, (
+    Claim("bearing", "angular_contact", {}, (
         ("ball_1_inner.contact_angle_deg", "49.1°, 32.5°", 1.0), ("ball_1_outer.contact_angle_deg", "32.5° |", 1.0),
         ("ball_1_inner.spin_to_roll", "−0.41 |", 1.0), ("ball_1_outer.spin_to_roll", "−0.076 |", 1.0),
         ("ball_1_inner.ball_pitch_deg", "31.6° |", 1.0), ("torque_Nmm", "2.32 N m", 1e3))))  # fmt: skip
@@ -126,7 +124,7 @@ EXPECTED: dict[str, tuple[tuple[dict[str, Any], tuple[tuple[str, str, float], ..
         ("temperature_rise_max_lower_K", "216 K", 1.0))),),
 }  # fmt: skip
 """What the comments at the beginning of cases say, for other values of some keys."""
-COMMENTS = [Claim(f"cases/{case}.toml", case, values, None, says) for case, found in EXPECTED.items() for values, says in found]
+COMMENTS = [Claim(f"cases/{case}.toml", case, values, says) for case, found in EXPECTED.items() for values, says in found]
 
 
 def of_claim(claim: Claim, **values: Any) -> Result:

@@ -65,7 +65,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def serial(case: Path, tmp_path_factory: pytest.TempPathFactory) -> Swept:
     """The sweep that all others are compared with: one process, never interrupted."""
     folder = tmp_path_factory.mktemp("serial")
-    return Swept(folder, case, call("sweep", case, *SWEEP, "-o", folder, "--json", painted=True))
+    return Swept(folder, case, call("sweep", case, *SWEEP, "-o", folder, "--json"))
 
 
 def files(folder: Path) -> list[Path]:
@@ -142,7 +142,7 @@ def test_progress_is_a_line_per_point_where_nobody_watches(serial: Swept) -> Non
 def test_several_keys_a_printed_table_and_other_pictures(case: Path, tmp_path: Path) -> None:
     keys = ("--over", "load.normal_N=50,100", "--over", "rolling.speed_m_s=25:100:2:log")
     coupled = ("--set", "numerics.grid=8", "--set", "thermal.deformation=true", "-o", tmp_path)
-    done = call("sweep", case, *keys, *coupled, "--format", "svg", painted=True)
+    done = call("sweep", case, *keys, *coupled, "--format", "svg")
     assert done.returncode == 0
     rows = list(csv.DictReader((tmp_path / "sweep.csv").read_text().splitlines()))
     swept = [(row["load.normal_N"], row["rolling.speed_m_s"]) for row in rows]

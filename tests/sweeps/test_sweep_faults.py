@@ -230,30 +230,6 @@ def test_damaged_files_are_told_and_solved_again(damage: Any, case: Path, finish
     assert (read_result(finished / "spheres_0002.h5").coupled.fields["pressure"] == before).all()
 
 
-def test_more_points_in_between_keep_the_files_that_are_there(case: Path, finished: Path) -> None:
-    over = ("--over", "creepage.longitudinal=0.001:0.002:5", "--no-plots")
-    done = call("sweep", case, *over, "-o", finished, "--resume")
-    assert "3 of 5 points are finished already" in done.stderr
-    names = [row["file"] for row in rows(finished)]
-    assert names == ["spheres_0001.h5", "spheres_0006.h5", "spheres_0002.h5", "spheres_0004.h5", "spheres_0003.h5"]
-    for row in rows(finished):
-        content = json.loads(read_result(finished / row["file"]).case_json)
-        assert content["creepage"]["longitudinal"] == float(row["creepage.longitudinal"])
-
-
-def test_names_taken_by_other_points(case: Path, finished: Path) -> None:
-    done = call("sweep", case, "--over", "creepage.longitudinal=0.0005,0.001", "--no-plots", "-o", finished, "--resume")
-    assert done.returncode == 0
-    assert [row["file"] for row in rows(finished)] == ["spheres_0004.h5", "spheres_0001.h5"]
-
-
-def test_an_edited_case_is_another_case(case: Path, finished: Path) -> None:
-    case.write_text(MECHANICAL.replace("normal_N = 65.0", "normal_N = 70.0"))
-    done = call("sweep", case, *OVER, "-o", finished, "--resume")
-    assert "finished already" not in done.stderr
-    assert {read_result(finished / row["file"]).problem.normal_force for row in rows(finished)} == {70.0}
-
-
 # --- folders -------------------------------------------------------------------------------------------------------
 
 
