@@ -24,7 +24,7 @@ JOBS = {
     "Wheels and rails": {
         "wheel_rail": "traction", "wheel_rail_sliding": "track", "worn_rail": "profile", "two_point": "profile",
         "eurosprinter": "traction", "manchester": "section", "measured_wheelset": "section", "wheelset_wear": "section",
-        "vt_fra_roller_rig": "traction", "corrugation": "traction", "crossing": "track", "wheel_flat": "track"},
+        "vt_fra_roller_rig": "traction", "corrugation": "traction", "crossing": "gap", "wheel_flat": "gap"},
     "Bearings and coatings": {
         "angular_contact": "bearing", "ball_bearing": "summary", "ball_in_groove": "traction", "crowned_roller": "profile",
         "coated_ball": "subsurface_upper", "coated_ball_heat": "summary"},
@@ -102,7 +102,7 @@ def summary(text: str) -> tuple[str, list[str]]:
 
 
 def picture(path: pathlib.Path, grid: int) -> bytes:
-    """The picture of what a case is about, on a `grid` per side; of a wheelset the section across the track, or the track."""
+    """The picture of what a case is about, on a `grid` per side; of a wheelset its section, or the gap from above."""
     kind = KINDS[path.stem]
     task = Case.read(path).with_values({"numerics.grid": grid}).task
     file = io.BytesIO()
@@ -110,7 +110,7 @@ def picture(path: pathlib.Path, grid: int) -> bytes:
         if isinstance(task, Problem):
             shown = figure(solve(task if kind.startswith("subsurface") else replace(task, subsurface=None)), kind)
         else:
-            shown = figure(solve(task), kind if kind == "track" else "")
+            shown = figure(solve(task), kind if kind == "gap" else "")
         assert shown is not None, f"{path.stem} has a picture {kind}"
         shown.savefig(file, format="png", dpi=100)
     return file.getvalue()

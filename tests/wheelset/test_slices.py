@@ -93,7 +93,7 @@ def test_a_wheel_climbs_a_nose_ahead_of_its_axle() -> None:
     assert here["track_force_z_N"] == pytest.approx(2e4, rel=1e-4)
     assert patch.record["creepage_x"] == pytest.approx(1.002 - 1.0 / math.cos(angle), rel=0.02)
     assert here["power_balance_error"] < 2e-3
-    (number,) = here.plot("track").axes[0].texts
+    (number,) = here.plot("gap").axes[0].texts
     assert number.get_text() == "1" and number.xy == (patch.record["y_mm"], patch.record["x_mm"])
 
 
@@ -224,7 +224,6 @@ def test_files_of_slices_are_read_shown_and_kept_in_the_case(tmp_path: Path) -> 
     (lambda case: case["wheelset"].update(rotation_deg=3.0), "the wheels are round"),
     (lambda case: case["track"].update(roller_radius_mm=500.0), "have no slices"),
     (lambda case: case["track"]["rail_profile"].update(slices=[["a", 1.0]], sections=None), "a slice is a pair"),
-    (lambda case: case.update(history={"distance_mm": [0.0, 1.0], "steps": 1}), "over time"),
 ])  # fmt: skip
 def test_what_slices_do_not_go_with(change: Any, told: str) -> None:
     content = tables(json.loads(json.dumps(NOSE)), PLAIN[1], position_mm=1.0)

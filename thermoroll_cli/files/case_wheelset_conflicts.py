@@ -31,7 +31,7 @@ def wheelset_conflicts(sections: Sections) -> Iterator[Conflict]:
         yield Conflict(("surface",), "is of one contact", "[track.surface] and [wheelset.surface], over time", at_key=True)
     if track is not None and wheelset is not None:
         yield from _placed(track, wheelset)
-        yield from _slices(track, wheelset, over_time=sections.get("history") is not None)
+        yield from _slices(track, wheelset)
     for path, material in materials_of(sections) if wheelset is not None else ():
         layers = enumerate(material.layers or ())
         for place, constants in ((path, material), *(((*path, "layers", number), layer) for number, layer in layers)):
@@ -98,7 +98,7 @@ def _placed(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
         yield Conflict(("wheelset", "angular_velocity_rad_s"), "the wheelset turns backwards", "a positive number: forward")
 
 
-def _slices(track: TrackTable, wheelset: WheelsetTable, *, over_time: bool) -> Iterator[Conflict]:
+def _slices(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
     """What does not go with profiles that change along rolling, and what needs them."""
     varied = {name for name, key, tables in (("track", "rail_profile", (track, track.left, track.right)),
                                              ("wheelset", "wheel_profile", (wheelset, wheelset.left, wheelset.right)))
@@ -106,9 +106,6 @@ def _slices(track: TrackTable, wheelset: WheelsetTable, *, over_time: bool) -> I
     rolling = {given.path[0] for given in given_surfaces({"track": track, "wheelset": wheelset})}
     if varied and any(side is not None and side.roller_radius_mm for side in (track, track.left, track.right)):
         yield Conflict(("track", "roller_radius_mm"), "rollers, and wheels on them, have no slices", "rails, or one outline",
-                       at_key=True)
-    if varied and over_time:
-        yield Conflict(("history",), "profiles that change along rolling are not followed over time", "one outline",
                        at_key=True)
     for key, name, what in (("position_mm", "track", "the rails are the same everywhere"),
                             ("rotation_deg", "wheelset", "the wheels are round")):

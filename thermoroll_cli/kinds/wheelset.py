@@ -25,7 +25,7 @@ class WheelsetKind(Kind):
         contact_name="{side}_{number}", contact_begins=("left_", "right_"), scalars=WHEELSET_SCALARS | TOGETHER,
         of_contacts=PATCH_SCALARS, one="patch", sentence="A wheelset on its track", report_pictures=("traction",),
         meanings={f"rolling_radius_{side}_mm": f"at first contact, {side} wheel" for side in ("left", "right")},
-        figures={name: f"plots.wheelset_figures.{name}_figure" for name in ("section", "track", "patches", "friction")} | {
+        figures={name: f"plots.wheelset_figures.{name}_figure" for name in ("section", "gap", "patches", "friction")} | {
             "surface": "plots.surface_figure.surface_figure"})
 
     def task(self, settings: Any, contact: Any) -> Any:

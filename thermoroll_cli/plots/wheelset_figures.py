@@ -98,7 +98,7 @@ def patches_figure(result: Result) -> Figure | None:
     return pressure_maps(result, FROM_ABOVE, _names(result))
 
 
-def track_figure(result: Result) -> Figure | None:
+def gap_figure(result: Result) -> Figure | None:
     """The gap between rail and wheel around the axle, seen from above, with the contacts and the line on which the bodies are
     nearest; None where they are the same all along."""
     places = {float(name.split("_")[3]) for name in result.lines if name.startswith("top_")}

@@ -125,7 +125,18 @@ def _rough(history: History) -> Iterator[str]:
 def surface_warnings(history: OverTime, name: str, texture: Texture, sides: Mapping[int, float]) -> Iterator[str]:
     """Warnings of a surface whose waves, or slopes, the elements and steps of a history do not resolve; `sides` has the lengths
     of elements (m) by their numbers along the sides of the grid."""
-    rows, shortest = history.course.rows, texture.shortest
+    yield from wave_warnings(history, name, texture.shortest, sides)
+    if texture.slope > STEEP:
+        yield (f"slopes of {name} are {texture.slope:.2g} rad (rms): tractions act in the plane of the "
+               "contact, and the slip of slopes over each other is left out")
+    if texture.filled > MUCH_FILLED:
+        yield (f"{100.0 * texture.filled:.3g} % of the points of {name} had no height and were filled in: there it is "
+               "smoother than it was, and the largest pressure may be too low")
+
+
+def wave_warnings(history: OverTime, name: str, shortest: float, sides: Mapping[int, float]) -> Iterator[str]:
+    """Those of waves alone, the `shortest` of which has this length (m)."""
+    rows = history.course.rows
     rolled = float(np.diff(history.clock(history.with_stops(rows))[1]).max(initial=0.0))
     size = max(sides.values(), default=0.0)
     if history.contact.numerics.accuracy is None and size > PER_ELEMENT * shortest:
@@ -136,12 +147,6 @@ def surface_warnings(history: OverTime, name: str, texture: Texture, sides: Mapp
         enough = math.ceil((len(rows) - 1) * rolled / (PER_STEP * shortest))
         yield (f"steps of {length_words(rolled)} are long beside waves of {length_words(shortest)} of {name}: "
                f"history.steps = {enough} follows them")
-    if texture.slope > STEEP:
-        yield (f"slopes of {name} are {texture.slope:.2g} rad (rms): tractions act in the plane of the "
-               "contact, and the slip of slopes over each other is left out")
-    if texture.filled > MUCH_FILLED:
-        yield (f"{100.0 * texture.filled:.3g} % of the points of {name} had no height and were filled in: there it is "
-               "smoother than it was, and the largest pressure may be too low")
 
 
 @dataclass(frozen=True)

@@ -19,18 +19,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from thermoroll_cli.many_contacts.history.course import Beginning, WheelsetHistory, When
-from thermoroll_cli.many_contacts.history.history_plan import FIRST, grids_of, surface_warnings, warnings_of
+from thermoroll_cli.many_contacts.history.history_plan import FIRST, grids_of, surface_warnings, warnings_of, wave_warnings
 from thermoroll_cli.many_contacts.history.row_errors import OF_TRACTIONS, over_rows, safety_of, unseen_pressure, within_reach
 from thermoroll_cli.many_contacts.history.solve import AtRim, on_domain, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
 from thermoroll_cli.many_contacts.history.surface_maps import maps_of_wheelset
-from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, roll_of, touching, wheelset_warnings
+from thermoroll_cli.many_contacts.wheelset.curves import curve
+from thermoroll_cli.many_contacts.wheelset.first_contact import ROUNDED, facts_of, roll_of, touching, wheelset_warnings
 from thermoroll_cli.many_contacts.wheelset.one_wheel import NoHeight, same_patch
 from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch, problem_of_patch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, nearest
-from thermoroll_cli.many_contacts.wheelset.placement import RailSide
+from thermoroll_cli.many_contacts.wheelset.placement import RailSide, Side
 from thermoroll_cli.many_contacts.wheelset.solve_wheelset import Loaded, Report, SolvedWheelset, balanced
 from thermoroll_cli.many_contacts.wheelset.standing import Standing, stand, wheels_of
+from thermoroll_cli.many_contacts.wheelset.varying import AROUND
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, sign_of
 from thermoroll_cli.many_contacts.wheelset.wheelset_result import result_of
 from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
@@ -46,8 +48,11 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.scalar_errors import error_scale
-from thermoroll_cli.problem.surface import Heights, Shifted
+from thermoroll_cli.problem.surface import Heights, Shifted, Texture
 from thermoroll_cli.tools.arrays import Array
+
+PLACES_OF_SLICES = 64, 2000
+"""Fewest and most places along at which the surface between slices is looked at."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +173,8 @@ def _on_rail(patch: Result, rail: RailSide) -> State:
     """The state of a patch in a result, with places on its rail across."""
     middle = len(patch.y) // 2
     y, z, _ = patch.lines["surface"][:, middle]
-    shift = -_arc(rail.samples, sign_of(patch.record["side"]) * y, z) - patch.y[middle]
+    place = sign_of(patch.record["side"]) * y
+    shift = -(_arc(rail.samples, place, z) if rail.slices is None else place) - patch.y[middle]
     return State(patch.coupled.fields, patch.coupled.scalars, patch.x, patch.y + shift)
 
 
@@ -212,8 +218,15 @@ class _Patches:
         if near is None:
             near = _PatchOverTime(side, patch.y, self)
             self.patches.append(near)
-        near.y, near.shift, near.used = patch.y, -_arc(patch.facing.rail.samples, patch.y, patch.z), True
+        near.y, near.shift, near.used = patch.y, -self._place(side, patch, near.appears), True
         return near
+
+    def _place(self, side: SideName, patch: PatchSurface, appears: float) -> float:
+        """The place (m) of a patch across on the material of its rail: the arc length of the outline, and of a rail that
+        changes, whose outlines are no longer alike, y where it `appears` and the way along its surface from there."""
+        if self.history.problem.rails[side].slices is None:
+            return _arc(patch.facing.rail.samples, patch.y, patch.z)
+        return appears + (patch.y - appears) / math.cos(patch.angle)
 
     def regrouped(self, side: SideName) -> bool:
         """Whether other patches bear a side than at the row before: patches have come, gone, joined or parted."""
@@ -280,6 +293,33 @@ def warnings_over_time(history: WheelsetHistory) -> Iterator[str]:
             if surface is not None and surface not in warned:
                 warned.add(surface)
                 yield from surface_warnings(history, f"the {side} {body}", surface.texture, sides)
+    for name, texture in textures_of_slices(history).items():
+        yield from wave_warnings(history, name, texture.shortest, sides)
+
+
+def textures_of_slices(history: WheelsetHistory) -> dict[str, Texture]:
+    """How surfaces between slices depart from straight ones on the lines of first contact at the beginning, over what a history
+    rolls over and patches see around it; those that no pressure notices are left out."""
+    start, end, found = history.start, history.problem_at(history.course.places[-1]), dict[str, Texture]()
+    for side, facing in touching(start).items() if start.varies else ():
+        number = int(np.argmin(facing.gap))
+        wheel, outlines = facing.wheel, facing.outlines
+        bodies: tuple[tuple[str, Side, float, float, float], ...] = (
+            ("rail", facing.rail, facing.rail.along, end.rails[side].along, 1.0),
+            ("wheel", wheel, wheel.turned, end.wheels[side].turned, wheel.radius))
+        for (body, own, first, last, scale), outline in zip(bodies, outlines, strict=True):
+            if own.slices is None:
+                continue
+            ends = scale * first - AROUND, scale * last + AROUND
+            spacing = 0.5 * scale * min(np.diff(own.slices.at), default=math.inf)
+            places = np.linspace(*ends, int(np.clip((ends[1] - ends[0]) / spacing, *PLACES_OF_SLICES)) + 1)
+            point = curve(own.profile).samples[:2, round(outline.index[number])]
+            heights = own.slices.along(places / scale, first, point)
+            departure = heights - np.polyval(np.polyfit(places - ends[0], heights, 1), places - ends[0])
+            texture = Texture.of(departure[:, None], (float(places[1] - places[0]), 1.0))
+            if 0.5 * texture.slope > ROUNDED:
+                found[f"the {side} {body}"] = texture
+    return found
 
 
 def facts_over_time(history: WheelsetHistory) -> dict[str, float]:
@@ -299,13 +339,13 @@ class WheelsetHistorySolver:
         grids = grids_of(history)
         finest, (all_places,) = grids[-1]
         known = _Patches(history, finest, 0.0, self._threads, self._options)
+        known.look_ahead(history.with_stops(all_places))
 
         def refined(extent: float, warnings: Sequence[str]) -> Result:
             """The result on grids with more and more elements and steps. Raises AtRim where a contact reaches the rim of a
             domain that may grow, which is then known to be there."""
             nonlocal known
-            ahead, coarser, rows = known.afresh(finest, extent), dict[float, _Solved](), dict[float, _Solved]()
-            ahead.look_ahead(history.with_stops(all_places))
+            ahead, coarser, rows = known, dict[float, _Solved](), dict[float, _Solved]()
             for shape, runs in grids:
                 coarser, rows = rows, {}
                 for places in runs:

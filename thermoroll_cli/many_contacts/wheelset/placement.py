@@ -44,6 +44,7 @@ class MeasuredOutline(NamedTuple):
 class Side:
     """What a rail and a wheel have in common: how their points were `measured`, which has no effect on where they lie."""
 
+    profile: Points
     measured: MeasuredOutline | None
     slices: Slices | None
     surface: Heights | None
@@ -67,7 +68,8 @@ class RailSide(Side):
     them; none where friction is the same everywhere. `origin` is the place of y = z = 0 of the profile (y from the middle of
     the track to the field side, z down, m), in place of gauge and top. With a `roller` the rail is bent about its axle.
     With `slices` the profile is that below the axle, `along` the track (m) in their places, and of a `surface` with heights
-    upwards; by `lifts` (m) surfaces lift a wheel that touches them."""
+    upwards; by `lifts` (m) surfaces lift a wheel that touches them. Gauge and top are those of the profile, or of its
+    `reference` at another place."""
 
     profile: Points
     cant: float
@@ -84,6 +86,7 @@ class RailSide(Side):
     along: float = 0.0
     surface: Heights | None = None
     lifts: float = 0.0
+    reference: Points = ()
 
     @cached_property
     def samples(self) -> Array:
@@ -103,7 +106,7 @@ class RailSide(Side):
         moved = np.array([self.shift_y, self.shift_z - self.lifts, 0.0, 0.0])[:, None]
         if self.origin is not None:
             return moved + np.array([*self.origin, 0.0, 0.0])[:, None]
-        y, z = _turned(curve(self.profile).samples, -self.cant)[:2]
+        y, z = _turned(curve(self.reference or self.profile).samples, -self.cant)[:2]
         height = z.min() + self.gauge_height
         crossing = np.flatnonzero((z[:-1] - height) * (z[1:] - height) < 0.0)
         share = (height - z[crossing]) / (z[crossing + 1] - z[crossing])
@@ -116,13 +119,19 @@ class RailSide(Side):
         profile = self.slices.lines_at(self.along + x).T
         return self.placed(np.concatenate((profile, 0.0 * profile)))[:2]
 
+    def rolled(self, distance: float) -> RailSide:
+        """The same rail where it lies, with the axle a `distance` (m) further."""
+        there = replace(self, along=self.along + distance)
+        return there if self.slices is None else replace(there, profile=self.slices.outline_at(there.along),
+                                                         reference=self.reference or self.profile)
+
     def section(self, x: float) -> RailSide:
         """This rail as it is `x` (m) ahead of the axle, all along."""
         if self.slices is None:
             return self
         y, z = self._moved[:2, 0].tolist()
-        return replace(self, profile=self.slices.outline_at(self.along + x), slices=None, origin=(y, z), shift_y=0.0,
-                       shift_z=0.0, lifts=0.0)
+        return replace(self, profile=self.slices.outline_at(self.along + x), slices=None, origin=(y, z + self.lifts),
+                       shift_y=0.0, shift_z=0.0)
 
 
 @dataclass(frozen=True)
@@ -158,6 +167,11 @@ class WheelSide(Side):
         lines = (self.slices.at_each(self.turned + ahead, part) if isinstance(ahead, np.ndarray) else
                  self.slices.lines_at(self.turned + ahead)[part])
         return np.asarray(lines.T + np.array([[self.shift], [self.radius]]))
+
+    def rolled(self, angle: float) -> WheelSide:
+        """The same wheel after it has turned by an `angle` (rad)."""
+        there = replace(self, turned=self.turned + angle)
+        return there if self.slices is None else replace(there, profile=self.slices.outline_at(there.turned))
 
     def section(self, ahead: float) -> WheelSide:
         """The wheel of revolution with the profile at the angle `ahead` (rad)."""

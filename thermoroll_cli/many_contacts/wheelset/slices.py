@@ -117,6 +117,16 @@ class Slices:
             found.append(value)
         return np.concatenate(found)
 
+    def along(self, places: Array, place: float, point: Array) -> Array:
+        """z in m at `places` (n,) of the line that is nearest to a `point` (y, z) in m at one `place`."""
+        number = int(np.nanargmin(np.hypot(*(self.lines_at(place) - point).T)))
+        counts = np.cumsum([part.spline.c.shape[2] for part in self._parts])
+        k = int(np.searchsorted(counts, number, side="right"))
+        part = self._parts[k]
+        line = scipy.interpolate.PPoly(part.spline.c[:, :, number - counts[k], 1], part.spline.x)
+        within = self._within(places)
+        return np.asarray(line(within if self.turns else np.clip(within, part.first, part.last)))
+
     def outline_at(self, place: float) -> Points:
         """The outline at a place in m, of the parts that are there."""
         lines = self.lines_at(place)

@@ -172,7 +172,7 @@ class VaryingFacing(Facing):
         return replace(self, position=replace(self.position, z=self.position.z + by), other=self.other or self)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)
 def _nearest_of(facing: VaryingFacing) -> tuple[Array, Array, Array, Array]:
     """`_nearest` of a wheel at z = 0: all places ahead are looked at on a few lines, those around first contact closely."""
     y, reach = facing._span, REACH * facing.wheel.radius

@@ -69,8 +69,8 @@ class WheelsetProblem(Task):
     def rolled(self, distance: float, angle: float) -> WheelsetProblem:
         """The wheelset after a `distance` (m), with wheels that have turned by an `angle` (rad), lifted by the surfaces that
         stand there."""
-        there = replace(self, rails={side: replace(rail, along=rail.along + distance) for side, rail in self.rails.items()},
-                        wheels={side: replace(wheel, turned=wheel.turned + angle) for side, wheel in self.wheels.items()})
+        there = replace(self, rails={side: rail.rolled(distance) for side, rail in self.rails.items()},
+                        wheels={side: wheel.rolled(angle) for side, wheel in self.wheels.items()})
         return replace(there, rails={side: replace(rail, lifts=lift(there.facing(side))) for side, rail in there.rails.items()})
 
     def refuse_variation(self, what: str) -> None:
