@@ -18,10 +18,9 @@ from thermoroll_cli.physics.halfspace.thermal import displacement_table, tempera
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Motion
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.python_api import Solver, solve
+from thermoroll_cli.python_api import solve
 
 HOT = article_4_1(128)
-COLD_STATES = ("pressure", "shear_x", "shear_y", "heat_flux")
 
 
 def grid_of(result: Result) -> Grid:
@@ -50,17 +49,6 @@ def slip_length(fields, result: Result) -> float:
 
 
 # --- the article's case -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_article_case_4_1_at_128():
-    """γ_p 1.26 ± 0.01, γ_c 0.85 ± 0.01, leading edge −0.88 ± 0.02 a0: the article's numbers, and an independent program's."""
-    result = solved(HOT)
-    s = result.coupled.scalars
-    assert result.converged, result.reason
-    assert s["gamma_p"] == pytest.approx(1.26, abs=0.01)
-    assert s["gamma_c"] == pytest.approx(0.85, abs=0.01)
-    assert leading_edge(result) == pytest.approx(-0.88, abs=0.02)
 
 
 @pytest.mark.parametrize(
@@ -109,23 +97,13 @@ def test_heat_moves_the_contact_towards_the_trailing_edge():
     assert result.x[inside[-1]] == pytest.approx(a0, abs=0.03 * a0)
 
 
-def test_isothermal_state_beside_the_coupled_one_is_the_uncoupled_solution():
-    result = solved(on_grid(HOT, 64))
-    alone = solved(replace(on_grid(HOT, 64), heating=Heating(deformation=False, peclet="stationary")))
-    for name in COLD_STATES:
-        np.testing.assert_array_equal(result.isothermal.fields[name], alone.isothermal.fields[name])
-
-
-# --- the fixed point ----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "problem",
     [
-        on_grid(HOT, 40),
-        rolling(grid=(32, 40), creepage=(0.002, 0.002), spin=5.0, speed=120.0, heating=Heating(peclet="stationary")),
-        rolling(grid=40, creepage=(0.05, 0.02), speed=80.0, heating=Heating()),
-        rolling(grid=32, body=replace(STEEL, expansion=1e-7), creepage=(0.003, 0.0), heating=Heating(deformation="always")),
+        on_grid(HOT, 20),
+        rolling(grid=(16, 20), creepage=(0.002, 0.002), spin=5.0, speed=120.0, heating=Heating(peclet="stationary")),
+        rolling(grid=20, creepage=(0.05, 0.02), speed=80.0, heating=Heating()),
+        rolling(grid=16, body=replace(STEEL, expansion=1e-7), creepage=(0.003, 0.0), heating=Heating(deformation="always")),
     ],
     ids=["article", "mixed", "rolling", "weak"],
 )
@@ -207,23 +185,10 @@ def test_coupled_state_is_symmetric_under_longitudinal_creepage():
         np.testing.assert_allclose(fields[name], sign * fields[name][:, ::-1], atol=2e-4 * scale)
 
 
-@pytest.mark.slow
-def test_any_way_to_the_fixed_point_ends_in_the_same_state():
-    """From the ladder of grids, and from the state at another speed: one solution, the tolerance apart."""
-    solver = Solver()
-    solver.solve(article_4_1(48, 120.0))
-    neighbour, ladder = solver.solve(article_4_1(48)), solved(article_4_1(48))
-    for name in ("gamma_p", "gamma_c", "approach_um", "shear_max_MPa"):
-        assert neighbour.coupled.scalars[name] == pytest.approx(ladder.coupled.scalars[name], rel=1e-3)
-
-
-# --- limits -------------------------------------------------------------------------------------------------------
-
-
 def test_weak_heating_is_a_linear_perturbation():
     """γ_p − 1 and the change of the contact area double with the speed."""
     changes = np.array(
-        [[solved(article_4_1(64, v)).coupled.scalars[name] - 1.0 for name in ("gamma_p", "gamma_c")] for v in (5.0, 10.0, 20.0)]
+        [[solved(article_4_1(32, v)).coupled.scalars[name] - 1.0 for name in ("gamma_p", "gamma_c")] for v in (5.0, 10.0, 20.0)]
     )
     ratios = changes[1:] / changes[:-1]
     assert ratios[:, 0] == pytest.approx([2.0, 2.0], rel=0.05)
@@ -232,7 +197,7 @@ def test_weak_heating_is_a_linear_perturbation():
 
 def test_what_the_plan_calls_negligible_is_negligible():
     """Just below the threshold the bulge is left out; just above it changes nothing by more than the stated accuracy."""
-    below, above = (solved(article_4_1(64, v)) for v in (0.7, 0.9))
+    below, above = (solved(article_4_1(32, v)) for v in (0.7, 0.9))
     assert "deformation" in below.work["skipped"] and "deformation" not in above.work["skipped"]
     cold, hot = above.isothermal.scalars, above.coupled.scalars
     for name in ("gamma_p", "gamma_c", "Q_F_W", "force_x_N"):
@@ -258,30 +223,9 @@ def test_without_feedback_both_states_are_one_object(problem, stage, reason):
     assert "coupling_iterations" not in result.work["iterations"]
 
 
-def test_no_creepage_means_no_traction_and_no_heat():
-    result = solved(rolling(grid=32, speed=100.0, heating=Heating(peclet="stationary")))
-    s, fields = result.coupled.scalars, result.coupled.fields
-    assert result.work["levels"][-1]["applications"] == 0
-    for name in ("Q_F_W", "force_x_N", "force_y_N", "temperature_rise_max_lower_K", "thermal_displacement_max_um"):
-        assert s[name] == 0.0
-    assert s["gamma_st"] == pytest.approx(1.0)
-    for name in ("shear_x", "shear_y", "slip_x", "heat_flux", "temperature_rise_lower"):
-        assert not fields[name].any()
-    assert set(np.unique(fields["state"])) == {0, 1}
-
-
-def test_without_friction_the_surfaces_slide_freely():
-    result = solved(rolling(grid=32, creepage=(0.003, 0.001), friction=0.0, heating=Heating()))
-    s, fields = result.coupled.scalars, result.coupled.fields
-    inside = fields["state"] > 0
-    assert (s["Q_F_W"], s["force_x_N"], s["gamma_st"]) == (0.0, 0.0, 0.0)
-    np.testing.assert_allclose(fields["slip_x"][inside], 0.003 * result.problem.motion.speed)
-    assert not fields["slip_x"][~inside].any()
-
-
 def test_realistic_rolling_hardly_bulges():
     """Table 1 with κ = 10 mm²/s: about 1e-4 of the approach, found out in advance."""
-    result = solved(rolling(grid=64, creepage=(0.003, 0.0), heating=Heating()))
+    result = solved(rolling(grid=32, creepage=(0.003, 0.0), heating=Heating()))
     s = result.coupled.scalars
     assert "deformation" in result.work["skipped"]
     assert 2e-5 < s["thermal_displacement_max_um"] / s["approach_um"] < 5e-4
@@ -290,7 +234,7 @@ def test_realistic_rolling_hardly_bulges():
 # --- the domain ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("problem", [article_4_1(64), replace(article_4_1(64), motion=Motion(200.0, 0.0, 0.003))])
+@pytest.mark.parametrize("problem", [article_4_1(32), replace(article_4_1(32), motion=Motion(200.0, 0.0, 0.003))])
 def test_domain_stays_where_the_contact_fits(problem):
     """Transients of the coarse grids do not cost resolution: the final contact lies within 1.05 semi-axes."""
     result = solved(problem)

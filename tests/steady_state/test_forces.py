@@ -79,16 +79,6 @@ def test_forces_cost_at_most_half_as_much_again(case):
     assert total[1] <= 1.5 * total[0]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("directions", ["xy", "x"])
-def test_fine_grids_recover_creepages_too(directions):
-    forward = reference_problem("article_3_1_case_4", 128)
-    result = solved(prescribing(forward, directions))
-    s, m = result.isothermal.scalars, forward.motion
-    assert s["creepage_longitudinal"] == pytest.approx(m.creepage_x, rel=2e-5)
-    assert s["creepage_lateral"] == pytest.approx(m.creepage_y, abs=2e-5 * m.creepage_x)
-
-
 @pytest.mark.parametrize("angle", [0.0, 0.7, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (math.pi / 2, -2.2))])
 @pytest.mark.parametrize("share", [0.1, 0.9, 0.999, *(pytest.param(share, marks=pytest.mark.slow) for share in (0.5, 0.99))])
 def test_forces_up_to_the_friction_limit_are_met(share, angle):

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.support.errors import relative
-from tests.support.scenes import STEEL, divided_heats, ellipse, order, reference, rolling, saturation, solved
+from tests.support.scenes import STEEL, ellipse, reference, rolling, saturation, solved
 from thermoroll_cli.exact.moving_sources import ellipse_temperature, rectangle_temperature
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies, peclet_numbers
 from thermoroll_cli.physics.halfspace.thermal import displacement_table, slopes, temperature_slope_table, temperature_table
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.physics.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
-from thermoroll_cli.python_api import solve
+from thermoroll_cli.problem.problem import Heating, Motion, Problem
 
 SOURCES = reference("moving_sources")
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
@@ -68,51 +66,6 @@ def test_a_uniform_square_is_exact_on_every_element(peclet):
     np.testing.assert_allclose(upper, 0.7 * exact, atol=1e-9 * exact.max())
 
 
-@pytest.mark.parametrize("peclet", SOURCES["square"])
-def test_moving_square_matches_the_reference_at_64_elements_across(peclet):
-    """Centre-line temperature against moving_sources.json, within 1e-3 of the maximum (y = 0 lies between two rows)."""
-    exact = SOURCES["square"][peclet]
-    x = np.array(exact["x"])
-    reach = 64 * math.ceil(np.abs(x).max())
-    grid = Grid(2 * (reach // 2) + 64, 64, SIZE / 32, SIZE / 32)
-    flux = np.zeros(grid.shape)
-    flux[np.abs(grid.x) < SIZE] = 1e6
-    rise = Pair(grid, body(speed_of(float(peclet))), body(), 1.0).temperatures(flux)[0]
-    line = 0.5 * (rise[:, 31] + rise[:, 32]) * K / (1e6 * SIZE)
-    smooth = np.abs(np.abs(x) - 1.0) > 0.03  # at the edges of the source samples lie in the kink
-    found = np.interp(x * SIZE, grid.x, line)
-    assert np.abs(found - exact["T"])[smooth].max() < 1e-3 * exact["Tmax"]
-
-
-@pytest.mark.parametrize("peclet", [1.0, 20.0])
-def test_a_hertzian_source_converges_at_second_order(peclet):
-    """Element values of q0 sqrt(1 − r²/a²) against the exact temperature at the centre: slope of the error."""
-    sides, errors = [17, 33, 65, 129], []
-    exact = ellipse_temperature(0.0, 0.0, SIZE, SIZE, 1e6, K, KAPPA, speed_of(peclet), "hertz")
-    for n in sides:
-        grid = Grid.over((n, n), 2.0 * SIZE, 2.0 * SIZE)
-        flux = 1e6 * np.sqrt(np.maximum(1.0 - (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) / SIZE**2, 0.0))
-        rise = Pair(grid, body(speed_of(peclet)), body(), 1.0).temperatures(flux)[0]
-        errors.append(rise[n // 2, n // 2] / exact - 1.0)
-    assert order(sides, errors) > 1.8
-    assert abs(errors[-1]) < 5e-5
-
-
-def test_far_away_a_source_at_rest_acts_like_a_point():
-    """T → Q/(2πkr), and u_z falls by (1+ν)αQ/(2πk) ln(r₂/r₁): for both bodies together, shares weighted."""
-    grid, flux, q = square_source(96, 4)
-    heat = 4.0 * SIZE**2 * q
-    pair = Pair(grid, body(), body(conductivity=20.0, expansion=3e-5), 0.4)
-    lower, upper = pair.temperatures(flux)
-    r = np.hypot(grid.x[-1], grid.y[-1])
-    assert lower[-1, -1] == pytest.approx(0.4 * heat / (2 * math.pi * K * r), rel=1e-3)
-    assert upper[-1, -1] == pytest.approx(0.6 * heat / (2 * math.pi * 20.0 * r), rel=1e-3)
-    u = pair.displacement(flux)
-    near = np.hypot(grid.x[-20], grid.y[-20])
-    slope = (0.4 * FREE_EXPANSION / K + 0.6 * 3e-5 / 20.0) * heat / (2 * math.pi)
-    assert u[-20, -20] - u[-1, -1] == pytest.approx(slope * math.log(r / near), rel=1e-3)
-
-
 @pytest.mark.parametrize("peclet", [0.0, 5.0, 200.0])
 def test_temperatures_are_positive_and_trail_the_source(peclet):
     """Hot where material has been heated: the centroid of the temperature lies downstream, at +x, or in the middle."""
@@ -127,20 +80,6 @@ def test_temperatures_are_positive_and_trail_the_source(peclet):
         np.testing.assert_array_less(rise[grid.x < -1.5 * SIZE].max(), rise[grid.x > 1.5 * SIZE].max())
     i, _ = np.unravel_index(int(np.argmax(rise)), rise.shape)
     assert grid.x[i] >= -0.51 * grid.dx
-
-
-@pytest.mark.parametrize("speeds", [(2.0, 0.0), (1.0, 0.3)])
-def test_reversed_and_mirrored_motion_mirror_the_fields(speeds):
-    vx, vy = speeds
-    flux = np.random.default_rng(2).random((14, 18))
-    grid = Grid(14, 18, 1.7e-5, 1.3e-5)
-    one, other = Pair(grid, body(vx, vy), body(vx, vy)), Pair(grid, body(-vx, vy), body(-vx, vy))
-    mirrored = Pair(grid, body(vx, -vy), body(vx, -vy))
-    for name in ("temperatures", "displacement"):
-        here = np.asarray(getattr(one, name)(flux))
-        tolerance = {"atol": 1e-9 * np.abs(here).max()}
-        np.testing.assert_allclose(np.asarray(getattr(other, name)(flux[::-1]))[..., ::-1, :], here, **tolerance)
-        np.testing.assert_allclose(np.asarray(getattr(mirrored, name)(flux[:, ::-1]))[..., ::-1], here, **tolerance)
 
 
 def test_response_is_the_direct_sum_of_its_tables():
@@ -169,29 +108,6 @@ def test_response_is_the_direct_sum_of_its_tables():
     np.testing.assert_allclose(pair.displacement(flux), expansion, rtol=1e-10)
 
 
-def test_response_is_linear_and_scales_with_the_constants():
-    grid = Grid(12, 12, 2e-5, 2e-5)
-    random = np.random.default_rng(9)
-    a, b = random.random(grid.shape), random.random(grid.shape)
-    pair = Pair(grid, body(1.0), body(1.0))
-    np.testing.assert_allclose(pair.displacement(2.0 * a + b), 2.0 * pair.displacement(a) + pair.displacement(b), rtol=1e-12)
-    double = Pair(grid, body(1.0, conductivity=2 * K), body(1.0, conductivity=2 * K))
-    np.testing.assert_allclose(double.temperatures(a)[0], 0.5 * pair.temperatures(a)[0], rtol=1e-12)
-    wide = Pair(grid, body(1.0, expansion=3 * FREE_EXPANSION), body(1.0, expansion=3 * FREE_EXPANSION))
-    np.testing.assert_allclose(wide.displacement(a), 3.0 * pair.displacement(a), rtol=1e-12)
-
-
-def test_all_heat_into_one_body_leaves_the_other_cold():
-    grid, flux, _ = square_source(16, 8)
-    for share, cold in ((1.0, 1), (0.0, 0)):
-        rises = Pair(grid, body(1.0), body(1.0), share).temperatures(flux)
-        assert not rises[cold].any()
-        assert rises[1 - cold].max() > 0.0
-
-
-# --- in the pipeline ----------------------------------------------------------------------------------------------
-
-
 def warm(problem: Problem, **heating) -> Problem:
     return replace(problem, heating=Heating(**{"deformation": False, **heating}))
 
@@ -208,36 +124,6 @@ def test_heat_flux_carries_all_of_the_heat(peclet):
     assert fields["heat_flux"].sum() * area == pytest.approx(s["Q_F_W"], rel=2.0 * relative(result)["Q_F_W"])
     assert s["heat_flux_max_W_mm2"] == pytest.approx(fields["heat_flux"].max() * 1e-6, rel=0.05)
     assert not fields["heat_flux"][fields["state"] == 0].any()
-
-
-def test_temperatures_of_a_result_are_the_response_to_its_heat_flux(monkeypatch):
-    """Both bodies, at V ± C/2, from the field of the result and how it changes within elements."""
-    problem = replace(MODERATE, motion=Motion(2.0, 0.4, 0.1, 1.0), heating=Heating(deformation=False, partition=0.3))
-    divided = divided_heats(monkeypatch)
-    result = solve(problem)
-    grid = Grid.over((32, 32), 2.2 * result.of_problem["hertz_a_mm"] * 1e-3, 2.2 * result.of_problem["hertz_b_mm"] * 1e-3)
-    np.testing.assert_allclose(grid.x, result.x, rtol=1e-12)
-    v, cx, cy = 2.0, 0.4 * 2.0, 0.1 * 2.0
-    pair = Pair(grid, body(v + cx / 2, cy / 2), body(v - cx / 2, -cy / 2), 0.3)
-    fields = result.coupled.fields
-    for name, expected in zip(("lower", "upper"), pair.temperatures(fields["heat_flux"], divided[-1].slope), strict=True):
-        np.testing.assert_allclose(fields[f"temperature_rise_{name}"], expected, rtol=1e-9, atol=1e-9 * expected.max())
-
-
-@pytest.mark.parametrize("creepage", [2.0, -2.0])
-def test_pure_sliding_of_one_body_heats_the_body_at_rest_most(creepage):
-    """Slide-roll ratio 2: one body passes at 2V, the other stands still and has no wake."""
-    derived = DerivedQuantities(replace(MODERATE, motion=Motion(1.0, creepage, 0.0)))
-    lower, upper = heated_bodies(derived.problem, creepage, 0.0)
-    resting, moving = (upper, lower) if creepage > 0 else (lower, upper)
-    assert (resting.speed_x, moving.speed_x) == (0.0, 2.0)
-    result = solved(derived.problem)
-    s = result.coupled.scalars
-    names = ("temperature_rise_max_upper_K", "temperature_rise_max_lower_K")
-    hot, cool = names if creepage > 0 else names[::-1]
-    assert result.converged and s[hot] > 1.5 * s[cool]
-    rise = result.coupled.fields["temperature_rise_" + ("upper" if creepage > 0 else "lower")]
-    np.testing.assert_allclose(rise, rise[::-1], rtol=5e-3)
 
 
 def test_speeds_of_both_bodies_differ_by_the_creepage():
@@ -293,11 +179,3 @@ def test_full_slip_temperature_is_that_of_an_elliptic_hertzian_source(aspect):
     )
     assert rise[i, j] == pytest.approx(exact, rel=2e-3)
     assert result.coupled.scalars["temperature_rise_max_lower_K"] == pytest.approx(exact, rel=2e-3)
-
-
-def test_bodies_without_thermal_constants_stay_mechanical():
-    plain = Material(210e9, 0.28)
-    result = solved(replace(MODERATE, lower=plain, upper=plain, heating=Heating(heat=False)))
-    assert math.isnan(result.coupled.scalars["temperature_rise_max_lower_K"])
-    assert "temperature_rise_lower" not in result.coupled.fields
-    assert "heat" in result.work["skipped"]

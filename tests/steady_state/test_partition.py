@@ -131,33 +131,6 @@ def test_nothing_is_solved_where_both_bodies_respond_alike():
         assert disc.mismatch(response, partition) < 1e-12
 
 
-def test_friction_and_conduction_add_up():
-    disc, pair = Disc(32), (body(0.0), body(30.0, 20.0))
-    both = disc.match(*pair, bulk=50.0)[0].into.lower
-    parts = disc.match(*pair)[0].into.lower + disc.match(*pair, flux=disc.none, bulk=50.0)[0].into.lower
-    np.testing.assert_allclose(both, parts, atol=1e-4 * np.abs(both).max())
-
-
-def test_exchanged_bodies_exchange_their_heat():
-    disc, pair = Disc(32), (body(0.5, 20.0), body(30.0))
-    here = disc.match(*pair, bulk=20.0)[0].into
-    there = disc.match(*pair[::-1], bulk=-20.0)[0].into
-    np.testing.assert_allclose(here.lower, there.upper, atol=1e-4 * np.abs(here.lower).max())
-
-
-def test_units_do_not_matter():
-    """Lengths in other units, heat and conductivity of other size: the same shares."""
-    disc = Disc(24)
-    here, _ = disc.match(body(2.0), body(40.0, 10.0))
-    scaled = Grid(24, 24, 1e3 * disc.grid.dx, 1e3 * disc.grid.dy)
-    bodies = [
-        HeatedBody(1e-4 * b.conductivity, 1.0, 1e6 * b.diffusivity, 1e3 * b.speed_x) for b in (body(2.0), body(40.0, 10.0))
-    ]
-    there = match(HeatResponse(scaled, *bodies), 1e-9 * disc.flux, disc.contact)
-    assert there.applications == here.applications
-    np.testing.assert_allclose(there.into.lower, 1e-9 * here.into.lower, rtol=1e-7)
-
-
 def test_neither_heat_nor_contact_is_no_problem():
     disc = Disc(16)
     response = HeatResponse(disc.grid, body(1.0), body(2.0))

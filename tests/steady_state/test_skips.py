@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, solved, spheres, twin_disc
+from tests.support.scenes import MECHANICAL, STEEL, article_4_1, rolling, solved, twin_disc
 from thermoroll_cli.one_contact.refinement.expected_heat import bulge_bound, deformation_effect
 from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.one_contact.refinement.refine import first_guess
@@ -22,8 +22,7 @@ from thermoroll_cli.physics.heat import heat_response
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.physics.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
+from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.arrays import Array
@@ -43,7 +42,7 @@ def applications(result: Result) -> int:
 
 
 def test_no_creepage() -> None:
-    still, creeping = (solve(rolling(creepage=(c, 0.0))) for c in (0.0, 1e-9))
+    still, creeping = (solve(rolling(grid=24, creepage=(c, 0.0))) for c in (0.0, 1e-9))
     assert "tangential" in still.work["skipped"] and "tangential" not in creeping.work["skipped"]
     assert applications(still) == 0
     np.testing.assert_array_equal(still.coupled.fields["pressure"], creeping.coupled.fields["pressure"])
@@ -54,7 +53,7 @@ def test_no_creepage() -> None:
 
 
 def test_no_friction() -> None:
-    smooth, rough = (solve(rolling(creepage=CREEPAGE, friction=mu)) for mu in (0.0, 1e-6))
+    smooth, rough = (solve(rolling(grid=24, creepage=CREEPAGE, friction=mu)) for mu in (0.0, 1e-6))
     assert "tangential" in smooth.work["skipped"]
     assert applications(smooth) == 0
     assert smooth.coupled.scalars["force_x_N"] == 0.0 == smooth.coupled.scalars["Q_F_W"]
@@ -72,7 +71,7 @@ def test_no_friction() -> None:
 
 @pytest.mark.parametrize("name", ["force_x_N", "force_y_N", "Q_F_W", "gamma_st", "gamma_p", "gamma_c"])
 def test_heat_switched_off(name: str) -> None:
-    cold, warm = (solved(rolling(creepage=CREEPAGE, heating=h)) for h in (MECHANICAL, Heating(deformation=False)))
+    cold, warm = (solved(rolling(grid=24, creepage=CREEPAGE, heating=h)) for h in (MECHANICAL, Heating(deformation=False)))
     assert "heat" in cold.work["skipped"] and "heat" not in warm.work["skipped"]
     assert cold.coupled.scalars[name] == warm.coupled.scalars[name]
     assert np.isnan(cold.coupled.scalars["temperature_rise_max_lower_K"])
@@ -81,7 +80,7 @@ def test_heat_switched_off(name: str) -> None:
 
 
 def test_deformation_switched_off() -> None:
-    problem = article_4_1(32)
+    problem = article_4_1(16)
     coupled = solve(problem)
     stiff = solve(replace(problem, heating=replace(problem.heating, deformation=False)))
     assert "deformation" in stiff.work["skipped"]
@@ -118,14 +117,14 @@ def test_bulge_above_tolerance_is_not_skipped() -> None:
 def test_the_bulge_is_estimated_before_anything_is_solved(upper: Material, bulk: float) -> None:
     """To a tenth where the contact slides as a whole; what conduction adds is added in full."""
     heating = Heating(partition="matched", bulk_lower=bulk)
-    problem = replace(twin_disc(32, motion=Motion(2.0, 0.05)), upper=upper, heating=heating)
+    problem = replace(twin_disc(16, motion=Motion(2.0, 0.05)), upper=upper, heating=heating)
     bulge = 1e-6 * solve(problem).isothermal.scalars["thermal_displacement_max_um"]
     assert 0.9 * bulge < bulge_bound(DerivedQuantities(problem)) < (1.1 if not bulk else 1.6) * bulge
 
 
 def test_the_effect_of_the_bulge_is_bounded_where_the_contact_slides_in_part() -> None:
     """At little heat, made on one side: the bound of what it changes is not twice as large as what it does."""
-    problem = article_4_1(64, speed=10.0)
+    problem = article_4_1(32, speed=10.0)
     result = solve(problem)
     change = max(abs(result.coupled.scalars[name] / result.isothermal.scalars[name] - 1.0) for name in ("gamma_p", "gamma_c"))
     assert change < deformation_effect(DerivedQuantities(problem)) < 2.0 * change
@@ -197,21 +196,15 @@ def test_no_cross_terms_without_lateral_contraction() -> None:
     assert not plain(traction)[1].any()
 
 
-def test_lateral_contraction_of_zero_changes_nothing_else() -> None:
-    zero, tiny = (solve(rolling(grid=32, creepage=CREEPAGE, body=Material(210e9, nu))) for nu in (0.0, 1e-9))
-    for name in ("force_x_N", "force_y_N", "gamma_st"):
-        assert zero.coupled.scalars[name] == pytest.approx(tiny.coupled.scalars[name], rel=1e-5)
-
-
 def test_bounding_box_of_the_contact() -> None:
     # The same elements in a domain of twice the size.
-    small, large = (solve(rolling(grid=n, extent=e, creepage=CREEPAGE)) for n, e in ((32, 2.2), (64, 4.4)))
-    inner = slice(16, 48)
+    small, large = (solve(rolling(grid=n, extent=e, creepage=CREEPAGE)) for n, e in ((16, 2.2), (32, 4.4)))
+    inner = slice(8, 24)
     for name in ("pressure", "shear_x", "shear_y", "slip_x"):
         expected = small.coupled.fields[name]
         np.testing.assert_allclose(large.coupled.fields[name][inner, inner], expected, atol=2e-4 * np.abs(expected).max())
     sizes = []
-    for n, e in ((32, 2.2), (64, 4.4)):
+    for n, e in ((16, 2.2), (32, 4.4)):
         discretisation = Discretisation(DerivedQuantities(rolling(grid=n, extent=e)), (n, n), e)
         contact = discretisation.isothermal_pressure.contact
         sizes.append(discretisation.traction.window_around(contact, None).shape)
@@ -226,10 +219,3 @@ def test_contact_s_box_serves_smaller_contacts() -> None:
     contact[:8] = False
     window = discretisation.traction.window_around(contact, None)
     assert discretisation.traction.solver_of(window) is solver, "kernels and plans are kept"
-
-
-def test_skips_are_listed_with_reasons() -> None:
-    problem = on_grid(Problem(STEEL, STEEL, spheres(0.03), 65.0, Friction(0.3), Motion(1.0)), 16)
-    skipped = solve(problem).work["skipped"]
-    assert {"tangential", "heat", "deformation", "elastic coupling", "normal (isothermal)"} <= set(skipped)
-    assert all(len(reason) > 5 for reason in skipped.values())

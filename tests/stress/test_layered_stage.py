@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scripts.stress.random_layers import random_layers
 from tests.support.command_line import call
 from tests.support.errors import relative
 from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling
@@ -23,7 +22,7 @@ from thermoroll_cli.physics.stress.body_stresses import peak_of
 from thermoroll_cli.physics.stress.strength import principal_and_shear
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.geometry import Unsolvable
-from thermoroll_cli.problem.names import BOND_SCALARS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import BOND_SCALARS
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result, within_layers
 from thermoroll_cli.python_api import solve
@@ -183,18 +182,6 @@ def test_thermal_stresses_are_refused_where_a_body_has_layers() -> None:
         make_plan(replace(problem, subsurface=request))
     with pytest.raises(Unsolvable, match="thermal stresses are not computed"):
         make_plan(replace(problem, subsurface=SubsurfaceRequest()))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 3])
-def test_estimates_cover_what_a_finer_grid_changes(seed: int) -> None:
-    """Of random stacks, stresses and places of both bodies together: nine of ten."""
-    problem = replace(random_layers(seed), subsurface=SubsurfaceRequest())
-    coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))).summary() for n in (16, 32))
-    changes = {name: abs(coarse[name] - fine[name]) / (coarse["uncertainty"][name] + fine["uncertainty"][name])
-               for name in SUBSURFACE_SCALARS if name.endswith("MPa") and coarse["uncertainty"].get(name, 0.0) > 0.0}
-    assert len(changes) >= 3
-    assert sum(ratio <= 1.0 for ratio in changes.values()) >= 0.9 * len(changes)
 
 
 def test_a_coated_ball_through_files(tmp_path: Path) -> None:
