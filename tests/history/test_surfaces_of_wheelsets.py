@@ -69,6 +69,16 @@ def test_a_long_wave_is_a_curvature_of_rail_or_wheel(sign: float) -> None:
         np.testing.assert_allclose(column(on_wheel, name), column(rail, name), rtol=1e-3, err_msg=name)
 
 
+def test_crests_that_touch_are_counted() -> None:
+    """Five crests lie under a smooth contact of 8 mm, three or four of which touch: an odd number about one in the middle, an
+    even one about a trough."""
+    wave = {"kind": "wave", "amplitude_um": 60.0, "wavelength_mm": 3.0}
+    result = rolled(wave, numerics={"grid": 24}, history={"distance_mm": [0, 1.5], "steps": 1})
+    assert column(result, "contact_spots_right").tolist() == [3.0, 4.0]
+    assert result.history is not None and "contact_spots_left" not in result.history
+    assert "uncertainty.contact_spots_right" not in result.history
+
+
 def test_a_rise_ahead_moves_the_contact_ahead() -> None:
     """To where the gap x²/2R − h′x is least, R h′ ahead of the axle; behind it where rail or wheel fall."""
     for ahead, body in ((1.0, "surface"), (-1.0, "on_wheel")):

@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
+import scipy
 
 from thermoroll_cli import of_above, optional
 from thermoroll_cli.problem.columns import Columns
@@ -74,6 +75,11 @@ class State:
             view.flags.writeable = False
         object.__setattr__(self, "fields", Named("field", views))
         object.__setattr__(self, "scalars", Named("scalar", self.scalars))
+
+    @property
+    def spots(self) -> int:
+        """Parts of the contact that hang together by the sides of elements."""
+        return int(scipy.ndimage.label(self.fields["pressure"] > 0.0)[1])
 
     def __repr__(self) -> str:
         return f"<State: fields {', '.join(self.fields)}; {len(self.scalars)} scalars>"

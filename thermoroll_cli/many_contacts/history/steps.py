@@ -30,7 +30,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from thermoroll_cli.many_contacts.history.course import Beginning, History, When
 from thermoroll_cli.many_contacts.history.kept_steps import NOTHING_KEPT, KeptSteps
@@ -307,7 +306,7 @@ class Stepper:
                    "power_balance_error": math.nan, "heat_conducted_W": math.nan}
         if here.heights is not None:
             reported = replace(reported, fields={**reported.fields, "surface_height": here.heights})
-            scalars |= {"contact_spots": float(scipy.ndimage.label(state.contact.normal.contact)[1]),
+            scalars |= {"contact_spots": float(reported.spots),
                         "pressure_max_smooth_MPa": 1e-6 * here.pressure.isothermal.peak}
             scalars |= {f"surface_{body}_{axis}_mm": 1e3 * place
                         for body, surface, moved in zip(BODIES, self.surfaces, reached.end.moved, strict=True)

@@ -220,8 +220,11 @@ def _scalars(
 def _position(solved: SolvedWheelset, shared: SharedErrors) -> Estimated:
     """Where the wheelset stands, and how fast it turns."""
     problem, velocity = solved.problem, -solved.angular_velocity
-    rolled: Estimated = {f"surface_height_{side}_um": (1e6 * problem.rails[side].lifts, None)
-                         for side, surfaces in problem.surfaces.items() if any(surfaces)}
+    rolled = Estimated()
+    for side in (side for side, surfaces in problem.surfaces.items() if any(surfaces)):
+        spots = sum(patch.result.coupled.spots for patch in solved.patches if patch.side == side)
+        rolled |= {f"surface_height_{side}_um": (1e6 * problem.rails[side].lifts, None),
+                   f"contact_spots_{side}": (float(spots), None)}
     if problem.varies:
         rolled |= {"position_mm": (1e3 * problem.along, None), "rotation_deg": (math.degrees(problem.turned), None)}
     return {
