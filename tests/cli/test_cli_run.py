@@ -87,7 +87,7 @@ def test_several_cases_and_standard_input(case: Path, tmp_path: Path) -> None:
 
 
 def test_picture_options(case: Path, tmp_path: Path) -> None:
-    done = call("run", case, "--plots", "summary", "--format", "svg", "--normalised", "-q", cwd=tmp_path, painted=True)
+    done = call("run", case, "--plots", "summary", "--format", "svg", "--normalised", "-q", cwd=tmp_path)
     assert done.returncode == 0
     assert {path.suffix for path in (tmp_path / "results").iterdir()} == {".h5", ".svg"}
     call("run", case, "--set", "output.plots=false", "-q", "-o", "none", cwd=tmp_path)

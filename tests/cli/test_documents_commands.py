@@ -50,7 +50,7 @@ SMALLER = (
 """What is replaced in the commands: more would only take longer."""
 WITH_TESTS = ("commands", "ci", "import", "measured_profiles", "record_over_time", "sweeps_and_tables")
 """Pages whose commands have a test of their own, which looks at what they write."""
-LONG = ("bearing", "polymers", "track", "wheelset")
+LONG = ("bearing", "examples", "polymers", "surfaces", "track", "wheelset")
 """Other pages whose commands take seconds."""
 SCRIPTS = ("wheelset",)
 """Pages with scripts that begin from a result of a contact."""

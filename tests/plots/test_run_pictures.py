@@ -71,7 +71,6 @@ def with_fields(result: Result, **fields: Any) -> Result:
 @pytest.mark.parametrize(("options", "missing"), [
     ({}, set()), ({"heat": False}, {"heat_flux", "temperature"}),
     ({"tangential": False}, {"heat_flux", "temperature", "traction"}),
-    ({"upper_heating": 0.5, "deformation": False}, set()),
 ])
 def test_stages_that_were_skipped_have_no_picture(options: dict[str, Any], missing: set[str]) -> None:
     result = synthetic.result((12, 12), **options)
