@@ -396,6 +396,14 @@ def test_borders_in_maps_have_no_steps_of_elements():
     assert abs(turns).max() < 0.2 and axes.images[0].get_clip_path() is not None
 
 
+def test_maps_of_coarse_patches_show_an_element_around_the_contact():
+    """Elements of 3 mm along."""
+    task = beside(case_named("A2.2 right y=8.0"), grid=8)
+    task = replace(task, contact=replace(task.contact, numerics=Numerics((8, 8), extent=5.0)))
+    shown = np.array(patches_figure(solve_wheelset(task)).axes[0].images[0].get_array())
+    assert shown.any() and not shown[[0, -1]].any() and not shown[:, [0, -1]].any()
+
+
 @pytest.mark.parametrize(("settings", "code", "words"), [
     (("vertical_N=2e7",), 4, ("N at most, not vertical_N = 2e+07 N",)),
     # Friction on the flange lifts the rail: Y/Q has no bound, and the load cannot be reached.

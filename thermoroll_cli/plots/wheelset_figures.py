@@ -201,8 +201,8 @@ def _maps(
 
 
 def _cropped(patch: Result, value: Array) -> tuple[Array, Array, Array, Borders, Affine2D]:
-    """x and y (mm, about the centre of pressure) and `value` of a patch up to 1.5 mm around its contact, seen from above; its
-    borders in m, and the way from these to a map of it."""
+    """x and y (mm, about the centre of pressure) and `value` of a patch up to 1.5 mm, or an element, around its contact, seen
+    from above; its borders in m, and the way from these to a map of it."""
     # The axes of a patch of a wheelset are turned against those of the track.
     sides = {"left": (-1e3, 1e3), "right": (-1e3, -1e3)}
     state, (along, across) = patch.coupled, sides.get(patch.record.get("side", ""), (1e3, 1e3))
@@ -211,8 +211,8 @@ def _cropped(patch: Result, value: Array) -> tuple[Array, Array, Array, Borders,
     centre = [float(pressure.sum(axis=1 - axis) @ places / pressure.sum()) for axis, places in ((0, x), (1, y))]
     x, y = x - centre[0], y - centre[1]
     rows, columns = (np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0))
-    keep_x = (x > x[rows].min() - 1.5) & (x < x[rows].max() + 1.5)
-    keep_y = (y > y[columns].min() - 1.5) & (y < y[columns].max() + 1.5)
+    keep_x, keep_y = ((axis > axis[some].min() - room) & (axis < axis[some].max() + room)
+                      for axis, some in ((x, rows), (y, columns)) for room in [max(1.5, 1.5 * abs(axis[1] - axis[0]))])
     order = np.argsort(y[keep_y])
     up = np.argsort(x[keep_x])
     seen = np.ix_(np.flatnonzero(keep_x)[up], np.flatnonzero(keep_y)[order])
