@@ -24,7 +24,7 @@ from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.many_contacts.history.course import History
-from thermoroll_cli.many_contacts.history.history_plan import plan_of
+from thermoroll_cli.many_contacts.history.history_plan import MOST_SECONDS, plan_of
 from thermoroll_cli.many_contacts.history.solve import HistorySolver
 from thermoroll_cli.one_contact.steady_state.fixed_point import fixed_point
 from thermoroll_cli.plots.pictures import figure
@@ -81,6 +81,16 @@ def test_heat_at_an_absurd_speed_is_refused_and_shown_without_rows_that_vary(tmp
     assert done.returncode == 3 and "rolling.speed_m_s = 1e9: " in done.stderr
     assert f"a Péclet number of {1e9 * radius / 13e-6:.1e}" in done.stderr
     assert f"at most {1e8 * 13e-6 / radius:.3g} here" in done.stderr
+
+
+def test_an_accuracy_that_would_take_long_is_given_up_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the estimated seconds of three runs allowed there is no fourth one, and the reason says what to set."""
+    case = ball(numerics={"grid": None, "accuracy": 1e-3}, history={"steps": 3})
+    monkeypatch.setattr("thermoroll_cli.many_contacts.history.solve.MOST_SECONDS", 1.0)
+    task, runs = Case.from_dict(case).task, set[Any]()
+    found = HistorySolver().solve(task, report=lambda _, info: runs.add(tuple(info["grid"])))
+    assert not found.converged and max(runs) <= (32, 32)
+    assert "take less than 1 s" in found.reason and "set numerics.grid and history.steps" in found.reason
 
 
 @pytest.mark.slow
@@ -151,7 +161,8 @@ def test_show_has_steps_grids_and_what_heat_takes(tmp_path: Path) -> None:
     assert "s if 32 elements a side are enough" in text and "at most about" in text
     plan, most = (json.loads(call("show", tmp_path / "ball.toml", "--json", *sets).stdout) for sets in (
         (), ("--set", "numerics.grid=256", "--set", "history.steps=512")))
-    assert plan["upper_bound"] and plan["seconds"] > most["seconds"] and plan["heat_memory_bytes"] == most["heat_memory_bytes"]
+    assert plan["upper_bound"] and plan["seconds"] == MOST_SECONDS < most["seconds"]
+    assert plan["heat_memory_bytes"] == most["heat_memory_bytes"]
 
 
 def test_the_progress_of_a_history_ends_with_its_last_step() -> None:
@@ -233,6 +244,21 @@ def test_a_force_that_friction_cannot_carry_is_found_between_the_extremes() -> N
                          "distance_mm": [0, 1, 2, 3]}, load={"friction_coefficient": 0.3})
     with pytest.raises(Unsolvable, match="at 1 mm: the tangential force of 20 N reaches or exceeds"):
         plan_of(Case.from_dict(case).task)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+def test_heat_at_rest_is_that_of_the_largest_force(jumps: bool) -> None:
+    """A force that is there at once rubs as one that grows to it does, which is exact in one step. That it then falls by a
+    tenth turns the slip of a twentieth of it back: 4 · 0.05³ of that heat (Mindlin and Deresiewicz)."""
+    heats = list[float]()
+    for forces in ([0.12, 0.12], [0.12, 0.108]):
+        times, values = ([0, 1, 1, 2], [0.0, 0.0, *forces]) if jumps else ([0, 1], forces)
+        table = solve(ball(rolling={"speed_m_s": 0.0}, numerics={"grid": 16}, history={
+            "time_s": times, "distance_mm": None, "values": {"force.longitudinal_N": values}, "steps": 2,
+            "begin": "pressed"})).history
+        assert table is not None
+        heats.append(table["heat_J"][-1])
+    assert heats[1] == pytest.approx(heats[0], rel=2e-3)
 
 
 @pytest.mark.parametrize(("text", "message"), [

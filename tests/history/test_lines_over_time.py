@@ -73,7 +73,7 @@ def test_heat_of_slip_that_no_element_shows_is_not_nothing() -> None:
     coarse, fine = (over_time(course, Motion(0.0, None, 0.0), grid) for grid in (16, 64))
     assert coarse["gamma_st"] == 1.0 > fine["gamma_st"]
     for name in ("heat_J_mm", "Q_F_W_mm"):
-        assert 1e-3 * fine["work_J_mm"] > fine[name] > 1e3 * abs(coarse[name])
+        assert 1e-3 * fine["work_J_mm"] > fine[name] > 3e2 * abs(coarse[name])
         assert fine[name] < coarse.uncertainty[name] < 0.05 * fine["work_J_mm"]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,6 +23,8 @@ Beginning = Literal["steady", "pressed"]
 Begin = Beginning | Result
 SPEED = "rolling.speed_m_s"
 SHIFTS = "shift.longitudinal_um", "shift.lateral_um"
+AT_ONCE = 1e-4
+"""Length of a step after a jump where nothing rolls, over the distance to the next place of the course."""
 
 
 def _of(part: str, name: str) -> Callable[[Problem, float], Problem]:
@@ -141,10 +144,24 @@ class OverTime(Task):
         return found
 
     @property
+    def _still(self) -> bool:
+        """Whether nothing ever rolls."""
+        return SPEED not in self.course.values and bool(self.problem.motion.speed == 0.0)
+
+    @property
     def stops(self) -> tuple[float, ...]:
-        """Places that no step may pass over: jumps, and where nothing rolls turns, since the path alone counts there."""
-        still = SPEED not in self.course.values and self.problem.motion.speed == 0.0
-        return (*self.course.jumps, *(self.course.turns if still else ()))
+        """Places that no step may pass over: jumps, and where nothing rolls, since the path alone counts there, turns, and
+        those just behind a jump or a start from nothing: a longer step would not reach what the inputs jump to."""
+        if not self._still:
+            return self.course.jumps
+        behind = (one + AT_ONCE * (other - one) for one, other in itertools.pairwise(self.course.places)
+                  if one < other and one in (*self._start, *self.course.jumps))
+        return (*self.course.jumps, *self.course.turns, *behind)
+
+    @property
+    def _start(self) -> tuple[float, ...]:
+        """The first place, where it is a start from nothing."""
+        return self.course.places[:1] if self.course.begin == "pressed" else ()
 
     def with_stops(self, places: Array) -> Array:
         """`places` in order, and the `stops` between the first and the last of them."""
@@ -152,9 +169,9 @@ class OverTime(Task):
 
     @property
     def restarts(self) -> tuple[float, ...]:
-        """Places from which a step knows one state alone, and is of first order: `stops`, and a start from nothing. A state
-        from a file goes on as one of the same history does."""
-        return (*(self.course.places[:1] if self.course.begin == "pressed" else ()), *self.stops)
+        """Places from which a step knows one state alone, and is of first order: a start from nothing, jumps, and where nothing
+        rolls turns. A state from a file goes on as one of the same history does."""
+        return (*self._start, *self.course.jumps, *(self.course.turns if self._still else ()))
 
     def clock(self, places: Array) -> tuple[Array, Array]:
         """Time in s and distance rolled in m at `places`. The one that is not given begins at 0 and is the integral of the
