@@ -186,6 +186,25 @@ def test_a_patch_beside_the_end_of_a_rail_that_moves_aside_is_solved() -> None:
     assert found.converged and not found.broken, found
 
 
+@pytest.mark.parametrize("history", [None, pytest.param({"distance_mm": [0, 4], "steps": 2}, marks=pytest.mark.slow)])
+def test_rounded_slices_are_told_and_counted(history: dict[str, Any] | None) -> None:
+    """A rail of R 300 that rises and bends, at every 0.5 mm in slices of 10 mm, with three decimals: 720.5 MPa without rounding
+    lie within ±. Points of a slice are rounded, and slices on a line along the rail are, by 1 µm/√12 each."""
+    places = np.arange(-100.0, 101.0, 10.0)
+    rounded = sections(places, [np.round(np.array(rail(2.13e-5 * s**2 - 0.02 * s)), 3).tolist() for s in places])
+    case = Case.from_dict(tables(rounded, PLAIN[1]) | {"numerics": {"grid": 16 if history else 24}}
+                          | ({"history": history} if history else {}))
+    result = solve(case)
+    error = result.uncertainty["pressure_max_MPa"]
+    assert 10.0 < abs(result["pressure_max_MPa"] - 720.5) < error < 300.0
+    assert result.patches[0].uncertainty["pressure_max_MPa"] == pytest.approx(error, rel=0.05)
+    assert any("right rail has points 0.5 mm apart that are rounded" in each for each in result.warnings)
+    across, along = result.patches[0].problem.geometry.rounded
+    assert (across.spacing, along.spacing) == pytest.approx((5e-4, 1e-2), rel=1e-3)
+    for each in (across, along):
+        assert 0.5 < each.error / (1e-6 / math.sqrt(12.0)) < 1.01
+
+
 SLCS = """% a nose
   5.0  2.0   U_OFFSET, U_SCALE
   2          NSLC

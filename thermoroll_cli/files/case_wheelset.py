@@ -17,11 +17,11 @@ from thermoroll_cli.files.case_table import Allowed, LengthUnit, Pair, Table, pa
 from thermoroll_cli.files.profile_file import running_surface
 from thermoroll_cli.many_contacts.wheelset.curves import Points, smoothed
 from thermoroll_cli.many_contacts.wheelset.kinematics import MotionOfWheelset
-from thermoroll_cli.many_contacts.wheelset.placement import MeasuredOutline, Position, RailSide, Roller, WheelSide
+from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, Roller, WheelSide
 from thermoroll_cli.many_contacts.wheelset.slices import Slices
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 from thermoroll_cli.problem.problem import BodyName, Problem
-from thermoroll_cli.problem.rounding import steps_of
+from thermoroll_cli.problem.rounding import MeasuredOutline, steps_of
 from thermoroll_cli.problem.surface import Heights
 
 CurveRadius = Annotated[
@@ -221,7 +221,7 @@ def _rail(track: TrackTable, own: TrackSideTable | None, speed: float, along: fl
     assert profile is not None
     moved = {} if own is None else {name: own.si(key) for name, key in (
         ("shift_y", "shift_y_mm"), ("shift_z", "shift_z_mm"), ("roll", "roll_mrad"))}
-    slices = slices_of(profile, wheel=False)
+    slices = slices_of(profile)
     points, measured = (slices.outline_at(along), None) if slices else outline_of(profile, wheel=False)
     radius = (own and own.si("roller_radius_mm")) or track.si("roller_radius_mm")
     placed = RailSide(points, track.cant, 0.5 * track.si("gauge_mm"), track.si("gauge_height_mm"), measured=measured,
@@ -237,7 +237,7 @@ def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:
     profile = (own and own.wheel_profile) or wheelset.wheel_profile
     assert profile is not None
     radius = wheelset.si("nominal_radius_mm") if own is None or own.nominal_radius_mm is None else own.si("nominal_radius_mm")
-    slices, angle = slices_of(profile, wheel=True), math.radians(wheelset.rotation_deg)
+    slices, angle = slices_of(profile, radius), math.radians(wheelset.rotation_deg)
     points, measured = (slices.outline_at(angle), None) if slices else outline_of(profile, wheel=True)
     return WheelSide(points, radius, 0.5 * wheelset.si("flange_back_distance_mm"), wheelset.si("flange_back_mm"), measured,
                      slices, angle)
@@ -246,27 +246,28 @@ def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:
 def outline_of(table: OutlineTable, *, wheel: bool) -> tuple[Points, MeasuredOutline]:
     """The outline of a rail or a `wheel` in m, mirrored, turned and smoothed as the table says, of a closed section the running
     surface; and how its points were before."""
-    surface = running_surface(table.oriented[0], wheel=wheel)
+    return _outline(table.oriented[0], table.si("smoothing_mm"), wheel=wheel)
+
+
+def _outline(oriented: list[tuple[float, float]], wavelength: float, *, wheel: bool) -> tuple[Points, MeasuredOutline]:
+    surface = running_surface(oriented, wheel=wheel)
     points = tuple((y / 1e3, z / 1e3) for y, z in surface)
     across, down = steps_of(surface)
-    wavelength = table.si("smoothing_mm")
     measured = MeasuredOutline(points, (across / 1e3, down / 1e3), wavelength)
     return (smoothed(points, wavelength) if wavelength else points), measured
 
 
-def slices_of(table: OutlineTable, *, wheel: bool) -> Slices | None:
-    """The slices of a rail or a `wheel`, each as `outline_of` has it, at places in m or rad; None without them, or where all
-    are the same: that is one outline."""
+def slices_of(table: OutlineTable, radius: float | None = None) -> Slices | None:
+    """The slices of a rail, or of a wheel of this `radius` (m), each as of `outline_of`, at places in m or rad; None without
+    them, or where all are the same: that is one outline."""
     if not table.sections:
         return None
-    wavelength, outlines = table.si("smoothing_mm"), []
-    for points in table.oriented:
-        outline = tuple((y / 1e3, z / 1e3) for y, z in running_surface(points, wheel=wheel))
-        outlines.append(smoothed(outline, wavelength) if wavelength else outline)
+    wheel, wavelength = radius is not None, table.si("smoothing_mm")
+    outlines, measured = zip(*(_outline(points, wavelength, wheel=wheel) for points in table.oriented), strict=True)
     missing = any(mark < 0.0 for each in table.sections for mark in each.features_mm or ())
     if not missing and all(outline == outlines[0] for outline in outlines):
         return None
     at = tuple(math.radians(each.at) if wheel else each.at / 1e3 for each in table.sections)
     features = tuple(tuple(mark / 1e3 for mark in each.features_mm or ()) for each in table.sections)
-    return Slices(at, tuple(outlines), features if features[0] else (), wheel and at[-1] - at[0] > ALL_AROUND,
-                  bool(table.control_points))
+    return Slices(at, outlines, features if features[0] else (), wheel and at[-1] - at[0] > ALL_AROUND,
+                  bool(table.control_points), measured, radius or 1.0)

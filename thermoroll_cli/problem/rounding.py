@@ -48,6 +48,18 @@ class Rounding(NamedTuple):
         return float(0.5 * contact_modulus * self.error * np.sqrt(np.mean((k * np.minimum(1.0, half_width * k) * left) ** 2)))
 
 
+class MeasuredOutline(NamedTuple):
+    """The `points` of an outline (m) before smoothing with a `wavelength` (m, 0: none), and the `steps` (m) of y and z."""
+
+    points: Points
+    steps: tuple[float, float]
+    wavelength: float
+
+    def rounding_at(self, place: tuple[float, float], reach: float) -> Rounding | None:
+        """As `rounding_at`."""
+        return rounding_at(self.points, self.steps, place, reach, self.wavelength)
+
+
 def steps_of(points: list[list[float]]) -> tuple[float, float]:
     """The steps of the numbers in both columns of `points`: the largest 1, 2 or 5 times a power of ten that all are multiples
     of; 0 where there is none."""

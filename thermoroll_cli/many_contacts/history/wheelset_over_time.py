@@ -386,6 +386,8 @@ def _result(
             safety = safety_of(name.replace("_left_", "_").replace("_right_", "_"))
             error = safety * over_rows(places, places[known], np.abs(column - other)[known])
             error = _within_friction(name, column, error + left + FLOOR * error_scale(name, largest), [*rows.values()])
+            error = error + [max((_by_rounding(name, each) for each in row.solved.patches), default=0.0)
+                             for row in rows.values()]
             if name == "pressure_max_MPa":
                 error = error + [max(map(_unseen_pressure, row.solved.patches), default=0.0) for row in rows.values()]
             errors[name] = np.where(np.isnan(column) | ~done, math.nan, error)
@@ -420,14 +422,22 @@ def _errors_of_patch(solved: SolvedPatch, before: _Solved | None) -> dict[str, f
     near = same_patch(mine, solved.carrying.patch.y, lambda patch: patch.carrying.patch.y)
     scalars = solved.result.coupled.scalars
     other = near.result.coupled.scalars if near else dict.fromkeys(scalars, math.nan)
-    derived = DerivedQuantities(solved.result.problem)
-    errors = {name: safety_of(name) * abs(value - other[name]) + FLOOR * scale + rounded(name, derived, scalars) * scale
+    errors = {name: safety_of(name) * abs(value - other[name]) + FLOOR * scale + _by_rounding(name, solved)
               for name, value in scalars.items() for scale in [error_scale(name, solved.result.numbers)]}
     errors["pressure_max_MPa"] += _unseen_pressure(solved)
     bounded = within_reach({name: np.array([error]) for name, error in errors.items()},
                            {name: np.array([value]) for name, value in scalars.items()},
                            np.array([solved.result.problem.friction.highest]))
     return {name: float(error[0]) for name, error in bounded.items()}
+
+
+def _by_rounding(name: str, solved: SolvedPatch) -> float:
+    """What the rounding of the profiles of a patch does to a scalar, in its unit."""
+    result = solved.result
+    geometry = result.problem.geometry
+    if name not in result.numbers or not (isinstance(geometry, CurvedPatch) and geometry.rounded):
+        return 0.0
+    return rounded(name, DerivedQuantities(result.problem), result.coupled.scalars) * error_scale(name, result.numbers)
 
 
 def _unseen_pressure(solved: SolvedPatch) -> float:

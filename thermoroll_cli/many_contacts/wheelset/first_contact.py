@@ -140,5 +140,6 @@ def wheelset_warnings(problem: WheelsetProblem, first: Mapping[SideName, Facing]
                            f" mm, {1e3 * math.dist(here, corner):.2g} mm from first contact: the pressure there has no upper "
                            "bound")
             yield from rough_warning(f"{side} {what}", [point for point in profile if math.dist(point, here) < ROUGH_REACH])
-            modulus, rounding = problem.contact.contact_modulus, body.rounding_at((float(here[0]), float(here[1])), ROUGH_REACH)
-            yield from rounding_warning(f"{side} {what}", rounding, modulus, ROUGH_REACH, ROUNDED * modulus)
+            modulus, place = problem.contact.contact_modulus, (float(here[0]), float(here[1]))
+            for rounding in body.roundings_at(float(facing.ahead[k]), place, ROUGH_REACH):
+                yield from rounding_warning(f"{side} {what}", rounding, modulus, ROUGH_REACH, ROUNDED * modulus)

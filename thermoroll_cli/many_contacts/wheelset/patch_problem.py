@@ -84,11 +84,12 @@ def problem_of_patch(contact: Problem, carrying: CarryingPatch, motion: MotionOf
 def _rounded(patch: PatchSurface) -> tuple[Rounding, ...]:
     """The rounding of both outlines over the width of a patch."""
     facing, reach = patch.facing, 0.5 * (patch.overlapping[1] - patch.overlapping[0])
-    found = []
-    for side, places in ((facing.rail, facing.rail.samples), (facing.wheel, facing.locus[1:3])):
-        y, z = curve(side.profile).samples[:2, nearest(places, patch.y, patch.z)]
-        found.append(side.rounding_at((float(y), float(z)), reach))
-    return tuple(rounding for rounding in found if rounding)
+    found: tuple[Rounding, ...] = ()
+    for side, own, places in zip(patch.bodies, (facing.rail, facing.wheel), (facing.rail.samples, facing.locus[1:3]),
+                                 strict=True):
+        y, z = curve(own.profile).samples[:2, nearest(places, patch.y, patch.z)]
+        found += side.roundings_at(patch.x, (float(y), float(z)), reach)
+    return found
 
 
 def estimated_friction(contact: Problem, carrying: CarryingPatch, motion: MotionOfWheelset) -> tuple[float, float]:

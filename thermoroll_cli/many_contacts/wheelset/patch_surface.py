@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.many_contacts.wheelset.curves import SMALLEST_STEP, STEP
 from thermoroll_cli.many_contacts.wheelset.kinematics import directions
-from thermoroll_cli.many_contacts.wheelset.placement import Position
+from thermoroll_cli.many_contacts.wheelset.placement import Position, Side
 from thermoroll_cli.many_contacts.wheelset.rolled_surfaces import OnPatch, Standing, standing
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable, common_surface
@@ -102,6 +102,11 @@ class PatchSurface:
     def position(self) -> Position:
         """The position of the wheelset in the axes of the place."""
         return replace(self.facing.position, ahead=self.x, roller=self.facing.rail.roller)
+
+    @property
+    def bodies(self) -> tuple[Side, Side]:
+        """Rail and wheel, all along."""
+        return self.facing.rail, self.facing.wheel
 
     @property
     def follows(self) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
 from thermoroll_cli.many_contacts.wheelset.slices import Slices
-from thermoroll_cli.problem.rounding import Rounding, rounding_at
+from thermoroll_cli.problem.rounding import MeasuredOutline, Rounding
 from thermoroll_cli.problem.surface import Heights
 from thermoroll_cli.tools.arrays import Array
 
@@ -33,14 +33,6 @@ class Roller(NamedTuple):
     turning: float
 
 
-class MeasuredOutline(NamedTuple):
-    """The `points` of an outline (m) before smoothing with a `wavelength` (m, 0: none), and the `steps` (m) of y and z."""
-
-    points: Points
-    steps: tuple[float, float]
-    wavelength: float
-
-
 class Side:
     """What a rail and a wheel have in common: how their points were `measured`, which has no effect on where they lie."""
 
@@ -54,10 +46,16 @@ class Side:
         """Whether it changes along rolling."""
         return self.slices is not None or self.surface is not None
 
-    def rounding_at(self, place: tuple[float, float], reach: float) -> Rounding | None:
-        """Rounding within the `reach` (m) of a place of the outline (m), if there is one."""
-        return None if self.measured is None else rounding_at(self.measured.points, self.measured.steps, place, reach,
-                                                              self.measured.wavelength)
+    def section_place(self, x: float) -> float:
+        """The place of the slice `x` (m) ahead of the axle."""
+        raise NotImplementedError
+
+    def roundings_at(self, x: float, place: tuple[float, float], reach: float) -> tuple[Rounding, ...]:
+        """Roundings within the `reach` (m) of a place of the outline (m) that is `x` (m) ahead of the axle."""
+        if self.slices is not None:
+            return self.slices.roundings_at(self.section_place(x), place, reach)
+        rounding = None if self.measured is None else self.measured.rounding_at(place, reach)
+        return (rounding,) if rounding else ()
 
 
 @dataclass(frozen=True)
@@ -119,6 +117,9 @@ class RailSide(Side):
         profile = self.slices.lines_at(self.along + x).T
         return self.placed(np.concatenate((profile, 0.0 * profile)))[:2]
 
+    def section_place(self, x: float) -> float:
+        return self.along + x
+
     def rolled(self, distance: float) -> RailSide:
         """The same rail where it lies, with the axle a `distance` (m) further."""
         there = replace(self, along=self.along + distance)
@@ -167,6 +168,9 @@ class WheelSide(Side):
         lines = (self.slices.at_each(self.turned + ahead, part) if isinstance(ahead, np.ndarray) else
                  self.slices.lines_at(self.turned + ahead)[part])
         return np.asarray(lines.T + np.array([[self.shift], [self.radius]]))
+
+    def section_place(self, x: float) -> float:
+        return self.turned + x / self.radius
 
     def rolled(self, angle: float) -> WheelSide:
         """The same wheel after it has turned by an `angle` (rad)."""

@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.many_contacts.wheelset.curves import Points, ProfileCurve
+from thermoroll_cli.problem.rounding import MeasuredOutline, Rounding, rounding_at
 from thermoroll_cli.tools.arrays import Array
 
 SPACING, MOST, AROUND = 5e-5, 4000, 6
@@ -39,13 +40,16 @@ class Slices:
     each outline that belong together, increasing, none where its ends do; negative where a slice lacks the part before or
     behind it, which then ends where its last slice is. Slices all around a wheel follow each other after a turn (`turns`).
     Beyond the first and the last slice the outline stays as it is there. The surface goes through the slices, or, where they
-    `control` it, has them as control points of cubic B-splines, which smooth what changes from slice to slice."""
+    `control` it, has them as control points of cubic B-splines, which smooth what changes from slice to slice. How the points
+    of each were `measured` has no effect on that; places times the `radius` (m; of rails 1) are lengths."""
 
     at: tuple[float, ...]
     outlines: tuple[Points, ...]
     features: tuple[tuple[float, ...], ...] = ()
     turns: bool = False
     control: bool = False
+    measured: tuple[MeasuredOutline, ...] = ()
+    radius: float = 1.0
 
     def __hash__(self) -> int:
         # A sample: hashing all points costs more than most cached results.
@@ -126,6 +130,19 @@ class Slices:
         line = scipy.interpolate.PPoly(part.spline.c[:, :, number - counts[k], 1], part.spline.x)
         within = self._within(places)
         return np.asarray(line(within if self.turns else np.clip(within, part.first, part.last)))
+
+    def roundings_at(self, place: float, point: tuple[float, float], reach: float) -> tuple[Rounding, ...]:
+        """Roundings within the `reach` (m) of a `point` (y, z in m) at one `place`: of the points of the nearest slice, and
+        from slice to slice, on the line through that point."""
+        if not self.measured:
+            return ()
+        at = np.array(self.at)
+        outline = self.measured[int(np.argmin(np.abs(at - self._within(np.array(place)))))]
+        line = np.stack((self.radius * at, self.along(at, place, np.array(point))), axis=1)
+        here = self.radius * float(self._within(np.array(place))), point[1]
+        found = outline.rounding_at(point, reach), rounding_at(
+            tuple(map(tuple, line.tolist())), (0.0, outline.steps[1]), here, reach, 0.0)
+        return tuple(rounding for rounding in found if rounding)
 
     def outline_at(self, place: float) -> Points:
         """The outline at a place in m, of the parts that are there."""

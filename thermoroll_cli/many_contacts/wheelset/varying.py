@@ -17,7 +17,7 @@ import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.curves import STEP, Outline, outline
 from thermoroll_cli.many_contacts.wheelset.patch_surface import CLOSE, NEAR, PatchSurface
-from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
+from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, Side, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.surface import Closing, Departure, Together, joined
@@ -239,8 +239,9 @@ class LocalRail(RailSide):
 class VaryingPatch(PatchSurface):
     """A patch on surfaces that change along rolling, in the axes of the wheelset's position `stands`; `departs`(x, y) (m, in
     these axes) is by how much they are closer, along the normal, than its straight rail and its wheel of revolution; nan where
-    one is missing."""
+    one is missing. It is a patch `of` the real wheel over the real rail."""
 
+    of: VaryingFacing | None = field(default=None, compare=False)
     stands: Position = Position()  # noqa: RUF009 (it is frozen)
     departs: Callable[[Array, Array], Array] = field(default=lambda x, y: 0.0 * x, compare=False)
 
@@ -261,6 +262,11 @@ class VaryingPatch(PatchSurface):
     @property
     def follows(self) -> bool:
         return True
+
+    @property
+    def bodies(self) -> tuple[Side, Side]:
+        assert self.of is not None
+        return self.of.rail, self.of.wheel
 
     @property
     def _lies(self) -> Position:
@@ -343,4 +349,4 @@ def varying_patch(facing: Facing, low: float, high: float, ridges: tuple[float, 
         return closer(c * along, at)
 
     return VaryingPatch(Facing(rail, wheel, moved), low, high, ridges, x, y, 0.0, math.atan(c * math.tan(angle)), shares,
-                        curved, stands, departs)
+                        curved, facing, stands, departs)
