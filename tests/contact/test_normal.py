@@ -31,16 +31,8 @@ class Contact:
         derived = DerivedQuantities(rolling(geometry=ellipse(aspect)))
         h = derived.hertz
         self.force = h.normal_force * scale**2 * stiffness
-        self.hertz = HertzContact(
-            h.semi_axis_x * scale,
-            h.semi_axis_y * scale,
-            h.peak_pressure * stiffness,
-            h.approach * scale,
-            h.curvature_x / scale,
-            h.curvature_y / scale,
-            h.contact_modulus * stiffness,
-            self.force,
-        )
+        self.hertz = HertzContact(h.semi_axis_x * scale, h.semi_axis_y * scale, h.peak_pressure * stiffness, h.approach * scale,
+                                  h.curvature_x / scale, h.curvature_y / scale, h.contact_modulus * stiffness, self.force)
         self.grid = Grid.over((n, n), extent * self.hertz.semi_axis_x, extent * self.hertz.semi_axis_y)
         self.x, self.y = self.grid.x[:, None], self.grid.y[None, :]
         self.gap = self.hertz.undeformed_gap(self.x, self.y)

@@ -92,15 +92,8 @@ def linear_forces(case):
     given = case["input"]
     youngs, nu = given["youngs_modulus_GPa"] * 1e9, given["poisson_ratio"]
     a = case["hertz"]["a_mm"] * 1e-3
-    return kalker.linear_creep_forces(
-        kalker.creepage_coefficients(1.0, nu),
-        a,
-        a,
-        youngs / (2 * (1 + nu)),
-        given["creepage_longitudinal"],
-        given["creepage_lateral"],
-        given["spin_rad_mm"] * 1e3,
-    )
+    return kalker.linear_creep_forces(kalker.creepage_coefficients(1.0, nu), a, a, youngs / (2 * (1 + nu)),
+                                      given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_mm"] * 1e3)
 
 
 @pytest.mark.parametrize("name", sorted(ROLLING))

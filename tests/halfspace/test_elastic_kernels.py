@@ -113,11 +113,8 @@ def test_two_bodies_act_like_two_of_their_combined_constants():
     """Kalker's combined G and ν stand for both bodies in the tangential kernel."""
     bodies = (80e9, 0.3), (26e9, 0.1)
     combined = combined_constants(*bodies[0], *bodies[1])
-    for one, other in zip(
-        shear_tables(5, 4, 1.0, 0.7, ShearCompliance.of(*bodies)),
-        shear_tables(5, 4, 1.0, 0.7, ShearCompliance.of(combined, combined)),
-        strict=True,
-    ):
+    for one, other in zip(shear_tables(5, 4, 1.0, 0.7, ShearCompliance.of(*bodies)),
+                          shear_tables(5, 4, 1.0, 0.7, ShearCompliance.of(combined, combined)), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-13)
 
 

@@ -16,7 +16,6 @@ from thermoroll_cli.tools.arrays import Array
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 SYMBOLS, TABLES = (json.loads((REFERENCE / f"layered_{name}.json").read_text()) for name in ("symbols", "tables"))
-STEEL = (210e9, 0.3)
 
 
 def stack(row: dict) -> tuple[list[Layer], tuple[float, float]]:

@@ -115,8 +115,6 @@ def test_direct_quadrature(aspect, peclets):
 
 # ---- identities that hold for every entry ----
 
-DIRECTIONS = [(0.0, 0.0), (0.03, 0.0), (4.0, 0.0), (500.0, 0.0), (0.5, 0.2), (-30.0, 7.0)]
-
 
 @pytest.mark.parametrize("name", TABLES)
 def test_a_little_lateral_motion_changes_little(name):

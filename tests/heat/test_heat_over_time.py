@@ -20,15 +20,8 @@ K, KAPPA = 50.0, 1e-5
 SIDE = 2e-3
 
 
-def warmed(
-    n: int,
-    flux: Callable[[float], Array],
-    times: Sequence[float],
-    moved: Callable[[float], float] = lambda time: 0.0,
-    *,
-    jumps: bool = False,
-    steady_speed: float | None = None,
-) -> Array:
+def warmed(n: int, flux: Callable[[float], Array], times: Sequence[float], moved: Callable[[float], float] = lambda time: 0.0,
+           *, jumps: bool = False, steady_speed: float | None = None) -> Array:
     """Temperature of the lower surface at the end of `times`, (n, n), by fluxes (n, n) into it alone; with `jumps` they begin
     at once, and with a `steady_speed` they have always been there."""
     grid = Grid.over((n, n), SIDE, SIDE)
@@ -101,12 +94,8 @@ def test_the_order_of_the_step_is_two() -> None:
     last = 2e-3
 
     def at(steps: int) -> Array:
-        return warmed(
-            16,
-            lambda time: shape * math.sin(3.0 * time / last) ** 2,
-            np.linspace(0.0, last, steps + 1),
-            lambda time: 0.5 * time,
-        )
+        return warmed(16, lambda time: shape * math.sin(3.0 * time / last) ** 2, np.linspace(0.0, last, steps + 1),
+                      lambda time: 0.5 * time)
 
     exact = at(80)
     errors = [np.abs(at(steps) - exact).max() for steps in (5, 10, 20)]

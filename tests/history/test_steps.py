@@ -36,10 +36,8 @@ def ball(grid: int = 24, **motion: object) -> Problem:
                    **motion)  # type: ignore[arg-type]
 
 
-def history(
-    problem: Problem, places: Sequence[float], values: Mapping[str, Sequence[float]], *, by_distance: bool = True,
-    begin: Begin = "steady", rows: Array | None = None,
-) -> list[Moment]:
+def history(problem: Problem, places: Sequence[float], values: Mapping[str, Sequence[float]], *, by_distance: bool = True,
+            begin: Begin = "steady", rows: Array | None = None) -> list[Moment]:
     """The moments of a history on the grid of the problem, at its `rows` (by default the places)."""
     course = Course(tuple(places), {key: tuple(given) for key, given in values.items()}, by_distance, begin=begin)
     assert problem.numerics.grid is not None

@@ -341,11 +341,8 @@ def test_middle_of_a_long_contact_is_carters(share):
     problem = rolling(grid=64, geometry=ellipse(0.02), body=elastic(0.3))
     hertz = DerivedQuantities(problem).hertz
     # The row's own plane problem: half-width and peak pressure set the curvature it feels.
-    row = line_contact(
-        2.0 * hertz.peak_pressure / (hertz.contact_modulus * hertz.semi_axis_x),
-        hertz.contact_modulus,
-        0.5 * math.pi * hertz.semi_axis_x * hertz.peak_pressure,
-    )
+    row = line_contact(2.0 * hertz.peak_pressure / (hertz.contact_modulus * hertz.semi_axis_x), hertz.contact_modulus,
+                       0.5 * math.pi * hertz.semi_axis_x * hertz.peak_pressure)
     exact = carter(row, 0.3, share * saturation_creepage(row, 0.3))
     result = solved(replace(problem, motion=Motion(1.0, exact.creepage, 0.0, differential_slip=False)))
     assert result.converged

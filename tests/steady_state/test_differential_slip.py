@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy
 
-import thermoroll_cli
 from scripts.closed_forms import heathcote
 from tests.support.documents import cell
 from tests.support.profiles import points
@@ -28,7 +26,6 @@ from thermoroll_cli.python_api import solve
 REFERENCES = reference("differential_slip")["cases"]
 FORCES = ("force_x_N", "force_y_N")
 GROOVE = Geometry(0.022, -0.0066, 0.00635, 0.00635)
-BEARING = Path(thermoroll_cli.__file__).parent.parent / "cases" / "ball_bearing.toml"
 
 
 def with_slip(**options) -> Problem:

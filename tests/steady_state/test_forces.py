@@ -28,18 +28,10 @@ def carried(result: Result) -> dict[str, float]:
 
 def prescribing(problem: Problem, directions: str) -> Problem:
     """The same problem with the creep forces of its solution given instead of the creepages of `directions`."""
-    forward, m = solved(problem).isothermal.scalars, problem.motion
-    force = {axis: forward[f"force_{axis}_N"] for axis in "xy"}
-    return replace(
-        problem,
-        motion=replace(
-            m,
-            creepage_x=None if "x" in directions else m.creepage_x,
-            creepage_y=None if "y" in directions else m.creepage_y,
-            force_x=force["x"] if "x" in directions else None,
-            force_y=force["y"] if "y" in directions else None,
-        ),
-    )
+    forward, given = solved(problem).isothermal.scalars, dict[str, float | None]()
+    for axis in directions:
+        given |= {f"creepage_{axis}": None, f"force_{axis}": forward[f"force_{axis}_N"]}
+    return replace(problem, motion=replace(problem.motion, **given))
 
 
 def creepage_scale(problem: Problem) -> float:
@@ -148,10 +140,8 @@ def test_prescribed_force_in_the_coupled_state():
 
 # --- symmetries ---------------------------------------------------------------------------------------------------
 
-MIXED = replace(
-    rolling(grid=(18, 16), geometry=ellipse(0.6), creepage=(1e-3, 6e-4), spin=3.0, heating=Heating()),
-    normal_force=100.0,
-)
+MIXED = replace(rolling(grid=(18, 16), geometry=ellipse(0.6), creepage=(1e-3, 6e-4), spin=3.0, heating=Heating()),
+                normal_force=100.0)
 HOT = replace(MIXED, motion=Motion(150.0, 2e-3, 1e-3, 2.0, differential_slip=False), heating=Heating(peclet="stationary"))
 FORCED = replace(MIXED, motion=Motion(1.0, None, 6e-4, 3.0, 12.0, None, differential_slip=False))
 SOLVED = [pytest.param(MIXED, id="isothermal", marks=pytest.mark.slow), pytest.param(HOT, id="coupled"),
@@ -160,22 +150,10 @@ ODD = ("shear_y", "slip_y")
 
 
 def with_motion(problem: Problem, sign_x: float, sign_y: float, sign_spin: float) -> Problem:
-    m = problem.motion
-
-    def signed(value: float | None, sign: float) -> float | None:
-        return None if value is None else sign * value
-
-    return replace(
-        problem,
-        motion=replace(
-            m,
-            creepage_x=signed(m.creepage_x, sign_x),
-            creepage_y=signed(m.creepage_y, sign_y),
-            spin=sign_spin * m.spin,
-            force_x=signed(m.force_x, sign_x),
-            force_y=signed(m.force_y, sign_y),
-        ),
-    )
+    signs = {"creepage_x": sign_x, "force_x": sign_x, "creepage_y": sign_y, "force_y": sign_y, "spin": sign_spin}
+    given = {name: getattr(problem.motion, name) for name in signs}
+    return replace(problem, motion=replace(problem.motion, **{
+        name: None if value is None else signs[name] * value for name, value in given.items()}))
 
 
 @pytest.mark.parametrize("problem", SOLVED)
@@ -211,31 +189,15 @@ def scaled(problem: Problem, length: float, stress: float, diffusivity: float) -
     """Lengths × `length`, stresses × `stress`, κ and k × `diffusivity`: every dimensionless number is kept."""
 
     def body(b):
-        return replace(
-            b,
-            youngs_modulus=b.youngs_modulus * stress,
-            conductivity=b.conductivity * stress * diffusivity,
-            diffusivity=b.diffusivity * diffusivity,
-        )
+        return replace(b, youngs_modulus=b.youngs_modulus * stress, conductivity=b.conductivity * stress * diffusivity,
+                       diffusivity=b.diffusivity * diffusivity)
 
-    g, m = problem.geometry, problem.motion
-    force = length**2 * stress
-    return replace(
-        problem,
-        lower=body(problem.lower),
-        upper=body(problem.upper),
-        geometry=Geometry(
-            g.lower_radius_x * length, g.lower_radius_y * length, g.upper_radius_x * length, g.upper_radius_y * length
-        ),
-        normal_force=problem.normal_force * force,
-        motion=replace(
-            m,
-            speed=m.speed * diffusivity / length,
-            spin=m.spin / length,
-            force_x=None if m.force_x is None else m.force_x * force,
-            force_y=None if m.force_y is None else m.force_y * force,
-        ),
-    )
+    g, m, force = problem.geometry, problem.motion, length**2 * stress
+    forces = {name: None if getattr(m, name) is None else force * getattr(m, name) for name in ("force_x", "force_y")}
+    radii = (g.lower_radius_x, g.lower_radius_y, g.upper_radius_x, g.upper_radius_y)
+    return replace(problem, lower=body(problem.lower), upper=body(problem.upper), normal_force=problem.normal_force * force,
+                   geometry=Geometry(*(radius * length for radius in radii)),
+                   motion=replace(m, speed=m.speed * diffusivity / length, spin=m.spin / length, **forces))
 
 
 @pytest.mark.parametrize("problem", SOLVED)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.errors import relative
-from tests.support.scenes import STEEL, ellipse, reference, rolling, saturation, solved
+from tests.support.scenes import STEEL, ellipse, rolling, saturation, solved
 from thermoroll_cli.exact.moving_sources import ellipse_temperature, rectangle_temperature
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies, peclet_numbers
@@ -17,7 +17,6 @@ from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, H
 from thermoroll_cli.physics.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Motion, Problem
 
-SOURCES = reference("moving_sources")
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
 SIZE = 2e-4
 
@@ -166,16 +165,7 @@ def test_full_slip_temperature_is_that_of_an_elliptic_hertzian_source(aspect):
     flux = base.friction.coefficient * hertz.peak_pressure * creep
     rise = result.coupled.fields["temperature_rise_lower"]
     i, j = np.unravel_index(int(np.argmax(rise)), rise.shape)
-    exact = ellipse_temperature(
-        float(result.x[i]),
-        float(result.y[j]),
-        hertz.semi_axis_x,
-        hertz.semi_axis_y,
-        0.5 * flux,
-        K,
-        KAPPA,
-        1.0 + creep / 2.0,
-        "hertz",
-    )
+    exact = ellipse_temperature(float(result.x[i]), float(result.y[j]), hertz.semi_axis_x, hertz.semi_axis_y, 0.5 * flux, K,
+                                KAPPA, 1.0 + creep / 2.0, "hertz")
     assert rise[i, j] == pytest.approx(exact, rel=2e-3)
     assert result.coupled.scalars["temperature_rise_max_lower_K"] == pytest.approx(exact, rel=2e-3)

@@ -170,12 +170,10 @@ def test_varied_cases(name):
     # Integrals may be extrapolated, which moves them further than their estimated error then is.
     arm = result.x[:, None] * f["shear_y"] - result.y[None, :] * f["shear_x"]
     arm_scale = 1e3 * varied.traction_limit * math.sqrt(result["hertz_a_mm"] * result["hertz_b_mm"]) * 1e-3
-    for name, value, scale in (
-        ("force_x_N", f["shear_x"].sum() * area, varied.traction_limit),
-        ("force_y_N", f["shear_y"].sum() * area, varied.traction_limit),
-        ("spin_moment_Nmm", 1e3 * arm.sum() * area, arm_scale),
-        ("Q_F_W", f["heat_flux"].sum() * area, 0.0),
-    ):
+    for name, value, scale in (("force_x_N", f["shear_x"].sum() * area, varied.traction_limit),
+                               ("force_y_N", f["shear_y"].sum() * area, varied.traction_limit),
+                               ("spin_moment_Nmm", 1e3 * arm.sum() * area, arm_scale),
+                               ("Q_F_W", f["heat_flux"].sum() * area, 0.0)):
         tolerance = max(15.0 * relative(result)[name] * max(abs(s[name]), scale), 1e-13 * scale)
         assert s[name] == pytest.approx(value, abs=tolerance), name
     assert s["gamma_p"] == pytest.approx(s["pressure_max_MPa"] / result.of_problem["hertz_p0_MPa"], rel=1e-12)
