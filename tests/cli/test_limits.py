@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.command_line import MECHANICAL, call
-from thermoroll_cli.problem.limits import Limit
+from thermoroll_cli.problem.limits import Limit, states_of
 
 HERTZ = 1.5e-6 * 65.0 / (math.pi * (0.75 * 65.0 * 0.015 * 2.0 * (1.0 - 0.28**2) / 210e9) ** (2.0 / 3.0))
 """Peak pressure of two steel spheres, R 30 mm, under 65 N in MPa: 3W/(2πa²) with a = (3WR'/4E*)^⅓."""
@@ -48,6 +48,9 @@ def test_a_value_with_its_error_counts_and_the_worst_of_many_states() -> None:
     assert judged is not None and (judged.met, judged.value) == (False, 1190.0)
     judged = Limit.parse("pressure_max_MPa<1211").judged(states)
     assert judged is not None and judged.met
+    force = states_of({"force_x_N": 88.0, "friction_limit_N": 100.0, "uncertainty": {"force_x_N": 3.0}})
+    judged = Limit.parse("force_x_over_friction_limit<0.9").judged(force)
+    assert judged is not None and (judged.met, judged.error) == (False, 0.03)
     unknown = Limit.parse("pressure_max_MPa<1200").judged([{"pressure_max_MPa": 1190.0}])
     assert unknown is not None and unknown.met and not unknown.known
 

@@ -390,6 +390,9 @@ def test_an_animation_has_a_frame_for_each_point(tmp_path: pathlib.Path) -> None
     wrong = call("plot", "s/sweep.csv", "--animate", "load.normal_N", cwd=tmp_path)
     assert wrong.returncode == 2 and "was not swept" in wrong.stderr
     assert call("plot", "s/a_0001.h5", "--animate", "load.normal_N", cwd=tmp_path).returncode == 2
+    (tmp_path / "words.csv").write_text("case,load.normal_N,status\na,60,converged\nb,60,converged\n")
+    wrong = call("plot", "words.csv", "--animate", "case", cwd=tmp_path)
+    assert wrong.returncode == 2 and "case has words, such as a" in wrong.stderr
     (tmp_path / "s" / "a_0002.h5").unlink()
     assert call("plot", "s/sweep.csv", "--animate", "creepage.longitudinal", cwd=tmp_path).returncode == 5
     assert call(*swept, "--over", "creepage.longitudinal=0.001,0.002", "--scalars-only", "-o", "t",

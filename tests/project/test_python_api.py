@@ -150,6 +150,8 @@ def test_a_result_cannot_be_changed_and_names_what_it_has(hot: Result) -> None:
     for mapping, wrong, there in ((hot.coupled.fields, "presure", "pressure, shear_x"), (hot.coupled.scalars, "Q_F", "Q_F_W")):
         with pytest.raises(KeyError, match=f"'{wrong}'; there are .*{there}"):
             mapping[wrong]
+    with pytest.raises(KeyError, match=r"pressure is a field: result.fields\['pressure'\]"):
+        hot["pressure"]
     assert hot.coupled.fields.get("presure") is None and len(hot.coupled.fields) == len(dict(hot.coupled.fields))
     copy = pickle.loads(pickle.dumps(hot))
     assert repr(copy.summary()) == repr(hot.summary()) and list(copy.coupled.fields) == list(hot.coupled.fields)

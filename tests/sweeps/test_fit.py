@@ -75,6 +75,13 @@ def fitted(noise: float) -> dict[str, Parameter]:
 
 
 @pytest.mark.slow
+def test_no_case_is_solved_twice_on_a_coarse_grid():
+    """Steps and derivatives share what they know: each count of solved cases is that before and new ones."""
+    counts: list[int] = []
+    found = fit(CASE, creep_curve(0.4, 2.0), KEYS, report=counts.append)
+    assert counts == sorted(set(counts)) and found.solved == counts[-1]
+
+
 def test_order_of_points_and_units_of_weights_change_nothing():
     turned = {name: column[::-1] for name, column in in_newton(noisy_curve(0.01)).items()}
     other = fit(KNOWN, turned | {"force_x_N_error": [7.0] * len(CREEPAGES)}, KEYS[:1]).parameters[KEYS[0]]
@@ -159,7 +166,8 @@ def test_the_command_writes_case_record_and_picture(tmp_path, monkeypatch):
     monkeypatch.setattr(Axes, "errorbar", lambda axes, x, y, *bars, **look: marks.append(list(y)))
     for name in ("newton.csv", "curve.csv"):  # forces, and forces over the load
         assert invoke("plot", "out/sweep.h5", "--measured", name).returncode == 0
-    assert len(marks) == 2 and marks[0] == pytest.approx(marks[1])
+    assert invoke("plot", "out/sweep.h5", "--measured", name, "--columns", "gamma_st").returncode == 0  # the force beside it
+    assert len(marks) == 3 and all(each == pytest.approx(marks[0]) for each in marks)
 
 
 def test_keys_that_a_law_needs_may_be_free(tmp_path, monkeypatch):

@@ -105,13 +105,16 @@ def test_columns_have_the_public_names(serial: Swept) -> None:
     states = [f"{state}.{name}" for state in ("isothermal", "uncertainty") for name in SCALARS]
     scalars = [*SCALARS, *PROBLEM_SCALARS, *OVER_LIMIT]
     texts = ("reason", "unbounded", "warnings")
-    every = [LOAD, KEY, "status", *texts, *scalars, *states, "work.grid", "work.applications", "file"]
+    over_limit = [f"uncertainty.{name}" for name in OVER_LIMIT]
+    every = [LOAD, KEY, "status", *texts, *scalars, *states, *over_limit, "work.grid", "work.applications", "file"]
     # Without those that hold no number at any point.
     assert list(serial.rows[0]) == [name for name in every if name in serial.rows[0]]
     assert {"Q_F_W", "isothermal.gamma_p", "uncertainty.force_x_N"} <= serial.rows[0].keys()
     assert all(any(row[name] for row in serial.rows) for name in serial.rows[0].keys() - set(texts))
     for row in serial.rows:
-        assert float(row["force_x_over_friction_limit"]) == float(row["force_x_N"]) / (0.3 * float(row[LOAD]))
+        for prefix in ("", "uncertainty."):
+            assert float(row[f"{prefix}force_x_over_friction_limit"]) == pytest.approx(
+                float(row[f"{prefix}force_x_N"]) / (0.3 * float(row[LOAD])), rel=1e-12)
 
 
 def test_json_table_and_files_agree_and_are_in_order(serial: Swept) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import json
 from pathlib import Path
 
 import pytest
@@ -164,6 +165,21 @@ def test_labels_of_points_are_columns_and_an_axis(case: Path, tmp_path: Path, mo
                            (("--columns", "force_N"), "no scalar is called force_N; did you mean force_")):
         done = call("sweep", case, "--points", tmp_path / "points.csv", "-o", tmp_path / "no", *options)
         assert done.returncode == 2 and words in done.stderr and not (tmp_path / "no").exists()
+
+
+def test_points_that_differ_in_labels_alone_are_solved_once(case: Path, tmp_path: Path) -> None:
+    """The flanks of a cam: each angle has a row, and both of a load the same result, also of --resume and as JSON."""
+    (tmp_path / "cam.csv").write_text("#angle_deg,load.normal_N\n-30,60\n0,80\n30,60\n")
+    asked = ("sweep", case, "--points", tmp_path / "cam.csv", "-o", tmp_path / "out", "--set", "numerics.grid=8", "--no-plots")
+    done = call(*asked)
+    assert done.returncode == 0 and "2 result files" in done.stdout, done.stderr
+    rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
+    assert [(row["angle_deg"], row["friction_limit_N"]) for row in rows] == [("-30", "18.0"), ("0", "24.0"), ("30", "18.0")]
+    assert [row["file"] for row in rows] == ["spheres_0001.h5", "spheres_0002.h5", "spheres_0001.h5"]
+    assert {path.name for path in (tmp_path / "out").glob("*.h5")} == {row["file"] for row in rows}
+    again = call(*asked, "--resume", "--json")
+    assert "3 of 3 points are finished already" in again.stderr
+    assert [json.loads(line)["over"]["angle_deg"] for line in again.stdout.splitlines()] == [-30, 0, 30]
 
 
 @pytest.mark.parametrize(("text", "message"), [

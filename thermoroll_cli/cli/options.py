@@ -81,7 +81,7 @@ def a_number(value: float | None) -> float | None:
 Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
 Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")]
 Over = Annotated[str, typer.Option("--x", metavar="COLUMN", help="Sweeps: the axis of the picture, a swept key or a label.")]
-Columns = Annotated[str, typer.Option("--columns", metavar="A,B", help="Sweeps: these scalars are printed and drawn.")]
+Columns = Annotated[str, typer.Option("--columns", metavar="A,B", help="Sweeps: scalars printed first, and drawn alone.")]
 Limits = Annotated[
     list[str] | None,
     typer.Option("--limit", metavar="SCALAR<VALUE", help="A scalar, with its ±, must keep this (<, <=, >, >=); else the exit "

@@ -156,6 +156,8 @@ def _animated(path: Path, stem: Path, table: Columns, key: str) -> Path:
         return draw_animation(stem.with_suffix(".gif"), list(states.values()), key, [table[key][row] for row in states])
     if key not in table.varied:
         raise ValueError(f"{key} was not swept, but {', '.join(table.varied)}")
+    if words := [value for value in table[key] if isinstance(value, str)]:
+        raise ValueError(f"{key} has words, such as {words[0]}: an animation follows a key with numbers")
     columns = table.columns
     if others := [other for other in table.varied if other != key and len(set(columns[other])) > 1]:
         raise ValueError(f"an animation follows one key, but {', '.join(others)} varies, too")

@@ -86,7 +86,7 @@ def sweep(
         raise typer.BadParameter(f"there are {', '.join(THEORIES)}, not {unknown!r}", param_hint="--compare")
     kept, only = options.parse_limits(limits), options.words(columns)
     if unknown := next((name for name in only if name not in (*ALL_SCALARS, *OVER_LIMIT)), None):
-        near = difflib.get_close_matches(unknown, ALL_SCALARS, 1)
+        near = difflib.get_close_matches(unknown, (*OVER_LIMIT, *ALL_SCALARS), 1)
         raise typer.BadParameter(f"no scalar is called {unknown}" + (f"; did you mean {near[0]}?" if near else ""),
                                  param_hint="--columns")
     axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
@@ -151,7 +151,7 @@ class Swept(Outcome):
                            f"{self.sweep.folder / TABLE_NAME}")
         if not self.as_json:
             self.warnings = list(warnings_by_kind((row.name, row.summary["warnings"]) for row in self.rows))
-        if files := sum(row.file is not None for row in self.rows):
+        if files := len({row.file for row in self.rows if row.file is not None}):
             self.also = f" and {files} result file{'s' if files != 1 else ''}"
 
     def write(self, folder: Path) -> list[Path]:

@@ -14,9 +14,7 @@ from thermoroll_cli.problem.names import (
     DIAGRAMS,
     GROUPS,
     OVER_LIMIT,
-    UNCERTAINTY,
     holds,
-    known_as,
     unit_end,
     unit_of,
 )
@@ -239,10 +237,6 @@ def _with_its_error(name: str, record: Mapping[str, Any]) -> str:
 def _with_error(name: str, row: Mapping[str, Any]) -> str:
     """A scalar with its error, without spaces: a table of many columns is wide."""
     value = row.get(name, math.nan)
-    if name in OVER_LIMIT:
-        error = row.get(UNCERTAINTY + known_as(OVER_LIMIT[name], row), math.nan) / (
-            row[known_as("friction_limit_N", row)] or math.nan)
-        return with_error(value, error).replace(" ", "")
     return scalar_text(name, {**row, name: value}).replace(" ", "")
 
 

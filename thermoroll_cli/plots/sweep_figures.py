@@ -82,7 +82,7 @@ def sweep_figure(
     diagrams = [(label, _of_bodies(good, names)) for label, names in DIAGRAMS.items() if _worth_drawing(scalars, names, over)]
     if only:
         if missing := next((name for name in only if not np.isfinite(good.get(name, np.empty(0))).any()), None):
-            raise ValueError(f"no column {missing} with numbers")
+            raise ValueError(f"{missing} was not computed at any point")
         diagrams = [(_label_of(name), {"": name}) for name in only]
     counts = [np.unique(column[np.isfinite(column)]).size for column in (good[name] for name in over)]
     # Two quantities of five values or more each, and a point for most pairs.

@@ -627,10 +627,13 @@ OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction
 
 
 def over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
-    """The columns `OVER_LIMIT` of a state."""
+    """The columns `OVER_LIMIT` of a state, with their errors if the row has those of the forces."""
     limit = scalars.get(known_as("friction_limit_N", scalars), math.nan)
-    forces = {name: known_as(force, scalars) for name, force in OVER_LIMIT.items()}
-    return {name: scalars[force] / limit for name, force in forces.items() if limit > 0.0 and force in scalars}
+    if not limit > 0.0:
+        return {}
+    of_forces = {f"{prefix}{name}": f"{prefix}{known_as(force, scalars)}"
+                 for prefix in ("", UNCERTAINTY) for name, force in OVER_LIMIT.items()}
+    return {name: scalars[force] / limit for name, force in of_forces.items() if scalars.get(force) is not None}
 
 
 DIAGRAMS: dict[str, tuple[str, ...]] = {

@@ -258,6 +258,8 @@ class Result:
         return Named("scalar", {name: value for name, value in self.numbers.items() if not math.isnan(value)})
 
     def __getitem__(self, name: str) -> float:
+        if name in self.fields:
+            raise KeyError(f"{name} is a field: result.fields[{name!r}]; result[NAME] is a scalar")
         return self.scalars[name]
 
     @property

@@ -407,15 +407,16 @@ def _found(model: _Model, *, skip: bool) -> Fit:
     values = len(model.measured) * len(model.measured.values)
     if values < len(model.free):
         raise ValueError(f"{model.measured.source}: {values} measured values do not determine {len(model.free)} keys")
-    reason, slopes, jacobian = "", model.jacobian, np.full((values, len(model.free)), math.nan)
+    reason, jacobian = "", np.full((values, len(model.free)), math.nan)
     for stage in ("coarse", "fine") if coarse else ("fine",):
-        if stage == "fine":
+        more: list[str] = []
+        if stage == "fine" and coarse:
             model, more = _with_steady_points(replace(model, settings=_asked(model), _known={}), vector, skip=skip)
             warnings = [*warnings, *more]
         try:
-            if stage == "fine" and coarse:
-                # Values change so little on the fine grid that the slopes of the coarse one, where it ended, lead there.
-                slopes = model.jacobian if more else partial(lambda kept, _: kept.copy(), jacobian)
+            # Values change so little on the fine grid that the slopes of the coarse one, where it ended, lead there.
+            of_coarse = stage == "fine" and coarse and not more
+            slopes = partial(lambda kept, _: kept.copy(), jacobian) if of_coarse else model.jacobian
             # SciPy wants the start inside of the range.
             inside = np.clip(vector, ends[0] + AT_BOUND / 10, ends[1] - AT_BOUND / 10)
             found = least_squares(model.residuals, inside, slopes, ends, xtol=CLOSE[stage], ftol=CLOSE[stage] ** 2,

@@ -121,10 +121,9 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
         values = tuple(_label(cell) if label else _value(place, cell) if factor == 1.0 else
                        converted(_number(place, cell), factor)
                        for cell, factor, label in zip(cells, factors, labels, strict=True))
-        point = tuple(value for value, label in zip(values, labels, strict=True) if not label)
-        if point in seen:
-            raise ValueError(f"{place}: the same point as in line {seen[point]}")
-        seen[point] = number
+        if values in seen:
+            raise ValueError(f"{place}: the same point as in line {seen[values]}; a label (#NAME) may tell them apart")
+        seen[values] = number
         rows.append(values)
     return tuple(Axis(*column) for column in zip(keys, zip(*rows, strict=True), labels, strict=True))
 

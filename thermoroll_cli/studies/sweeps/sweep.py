@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import glob
+import itertools
 import json
 import os
 import pathlib
@@ -179,22 +180,26 @@ class Sweep:
         """
         if not self._keys:
             self.check(note)
-        numbers = {key: number for number, key in enumerate(self._keys, 1)}
+        # Points that differ in their labels alone are solved once.
+        numbers = dict[str, list[int]]()
+        for number, key in enumerate(self._keys, 1):
+            numbers.setdefault(key, []).append(number)
         with Journal(self.folder / JOURNAL_NAME, {"kind": "sweep", "format": JOURNAL_FORMAT}, resume=self.resume,
                      fields=FIELDS, lost=None if self.force else self._lost) as journal:
             owners = {record["file"]: key for key, record in journal.items() if record["file"]}
             finished = self._finished(journal, owners, note)
             if finished:
-                note(f"{len(finished)} of {self.points.count} points are finished already")
+                note(f"{sum(len(numbers[key]) for key in finished)} of {self.points.count} points are finished already")
             rows = Rows(self.points, self._keys, journal, self.folder, self.limits)
-            for key in finished:
-                report(rows.row(numbers[key]), False)
+            for number in itertools.chain.from_iterable(numbers[key] for key in finished):
+                report(rows.row(number), False)
             written, wait = time.monotonic(), SECONDS_BETWEEN_TABLES
             try:
                 with contextlib.closing(run(self._batches(finished, owners), journal, self.workers, note)) as keys:
                     for key in keys:
                         safe_point()
-                        report(rows.row(numbers[key]), True)
+                        for number in numbers[key]:
+                            report(rows.row(number), True)
                         if (now := time.monotonic()) - written > wait:
                             write_csv(self.folder / TABLE_NAME, columns_of(rows))
                             written = time.monotonic()
@@ -247,7 +252,7 @@ class Sweep:
         """The keys of points that have a result, in a file that is the latest of its name: `owners` are the keys of the records
         by the names of their files."""
         found = []
-        for key in self._keys:
+        for key in dict.fromkeys(self._keys):
             if key not in journal or not (record := journal[key])["solved"]:
                 continue
             safe_point()
@@ -262,7 +267,7 @@ class Sweep:
 
     def _batches(self, finished: Collection[str], owners: Mapping[str, str]) -> Iterator[Batch]:
         """Batches with points that are still to be solved. A name that the record of another point has is not given again."""
-        taken, free, done = dict(owners), self.points.per_case, {*finished}
+        taken, free, done = dict(owners), self.points.per_case, {*finished}  # with what is pending
         for numbers in self.points.batches():
             pending = []
             for number in numbers:
@@ -276,6 +281,7 @@ class Sweep:
                     file = f"{stem}_{free:0{len(digits)}d}.h5"
                 taken[file] = key
                 pending.append(Pending(number, key, file))
+                done.add(key)
             if pending:
                 yield Batch(self.points, numbers, tuple(pending), self.command_line, self.threads)
 

@@ -70,7 +70,9 @@ def summary_of(result: Result) -> dict[str, Any]:
     its last state."""
     summary = result.summary()
     summary.pop("history", None)
-    summary |= names.over_limit(summary)
+    for name, value in names.over_limit(row_of(summary)).items():
+        within = summary["uncertainty"] if name.startswith(names.UNCERTAINTY) else summary
+        within[name.removeprefix(names.UNCERTAINTY)] = value
     known: dict[str, Any] = _known(summary)
     return known
 
