@@ -116,7 +116,8 @@ class Motion:
     Creepages are dimensionless, spin is in rad/m. They are those at the origin of the frame or, `at` the "contact", at the
     centre of its pressure; the latter contain the slip and the spin of the shapes. A prescribed force (N) replaces the creepage
     of its direction, which is then None and becomes an unknown. With `differential_slip` the rolling radii vary across the
-    contact as the surfaces curve, unless that has no effect (`differential_slip.resolved`).
+    contact as the surfaces curve, unless that has no effect (`differential_slip.resolved`). `turning` is the velocity with
+    which one body rolls over the other, over that of the mean speed, V (1/R_x1 + 1/R_x2): the shapes slip with it.
     """
 
     speed: float
@@ -127,6 +128,7 @@ class Motion:
     force_y: float | None = None
     differential_slip: bool = True
     at: Place = "origin"
+    turning: float = 1.0
 
 
 @dataclass(frozen=True)

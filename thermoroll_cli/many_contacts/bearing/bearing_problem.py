@@ -211,14 +211,13 @@ class BearingProblem(Task):
         """`contact` with geometry, load (N) and creepages of a ball's contact with a ring."""
         speed, slip, rolling = self.slip(ring, angle, motion)
         geometry: Geometry | CurvedPatch = self.geometry(ring, angle)
+        # Shapes slip with the rolling velocity, which creepage makes another one than that of the mean speed.
+        turning = abs(rolling) / (speed * geometry.curvature_x)
         if self.curved:
             patch = _curved(geometry, contact.compliance_shares)
-            # Shapes slip with the rolling velocity, which creepage makes another one than that of the mean speed.
-            ratio = abs(rolling) / (speed * geometry.curvature_x)
-            geometry = replace(patch, slip_x=tuple((ratio * np.array(patch.slip_x)).tolist()),
-                               spin=tuple((ratio * np.array(patch.spin)).tolist()))
+            geometry = replace(patch, spin=tuple((turning * np.array(patch.spin)).tolist()))
         along, across, spin = (slip / speed).tolist()
-        moving = Motion(speed, along, across, spin, differential_slip=contact.motion.differential_slip)
+        moving = Motion(speed, along, across, spin, differential_slip=contact.motion.differential_slip, turning=turning)
         return replace(contact, geometry=geometry, normal_force=load, motion=moving)
 
 

@@ -49,22 +49,25 @@ def tractions_on_ball(problem: BearingProblem, ring: RingName, angle: float, res
     its pressure, which is not symmetric along rolling between unlike or hot bodies.
 
     Tractions act at (x, Y, D/2 − h) in the axes of the contact from the ball's centre, h being the height of the common surface
-    over the plane of the contact, and are inclined by its angle β(y) across."""
+    over the plane of the contact, and are inclined by its angle β(y) across; of a patch in a plane to first order in β, as the
+    slip is whose power they have."""
     normal, along, across = problem.frame(ring, angle)
     geometry, state = result.problem.geometry, result.coupled
     contact, conformity, diameter = result.problem, problem.conformity[RINGS.index(ring)], problem.ball_diameter
     share = contact.contact_modulus / contact.lower.plane_strain_modulus
     bent = ((1.0 - share) / conformity + 2.0 * share) / diameter
-    turned = geometry.inclination(state.y) if isinstance(geometry, CurvedPatch) else bent * state.y
-    sine, cosine = np.sin(turned), np.cos(turned)
-    height, lateral, half = (1.0 - cosine) / bent, sine / bent, 0.5 * diameter
+    curved, half = isinstance(geometry, CurvedPatch), 0.5 * diameter
+    turned = geometry.inclination(state.y) if curved else bent * state.y
+    sine, cosine = (np.sin(turned), np.cos(turned)) if curved else (turned, np.ones_like(turned))
+    lateral, height = sine / bent, (1.0 - cosine) / bent if curved else 0.5 * bent * state.y**2
     area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
     shear_x, shear_y = (area * np.asarray(state.fields[name]) for name in ("shear_x", "shear_y"))
     scalars = integrals_of(state.scalars)
     force_x, force_y = scalars["force_x_N"], scalars["force_y_N"] + float((shear_y * (cosine - 1.0)).sum())
     # Extrapolated forces, which are more accurate than sums of the fields, times their arm; the rest is small.
     moment = (
-        -half * scalars["force_y_N"] + float((shear_y * (half - lateral * sine - (half - height) * cosine)).sum()),
+        -half * scalars["force_y_N"] + (
+            float((shear_y * (half - lateral * sine - (half - height) * cosine)).sum()) if curved else 0.0),
         half * force_x - 1e-3 * scalars["rolling_resistance_moment_Nmm"]
         + float((state.x[:, None] * sine * shear_y - height * shear_x).sum()),
         1e-3 * scalars["spin_moment_Nmm"],

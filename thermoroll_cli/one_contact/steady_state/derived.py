@@ -197,7 +197,8 @@ class Kinematics:
         """d(y), the variation of the longitudinal creepage across the contact; zero where its effect is negligible."""
         derived = self.derived
         if self.problem.line:
-            return DifferentialSlip(self.problem.geometry, derived.compliance_shares, "nothing varies across a line contact")
+            why_not = "nothing varies across a line contact"
+            return DifferentialSlip(self.problem.geometry, derived.compliance_shares, why_not=why_not)
         return resolved(self.problem, derived.compliance_shares, self._across,
                         (derived.scales.semi_axis_x, derived.scales.semi_axis_y), derived.saturation_creepage,
                         self.problem.numerics.negligible)

@@ -7,8 +7,8 @@ z_s, that of the upper one shrinks, so the longitudinal creepage varies across t
 
     ξ_x(y) = ξ_x + d(y),      d(y) = [z_s(y) − z_s(0) − y z_s'(0)] (1/R_x1 + 1/R_x2)
 
-(Heathcote 1921; Johnson, Contact Mechanics, 8.5). The bodies turn over each other about an axis along y, so where the common
-surface is inclined they also slip across, by
+(Heathcote 1921; Johnson, Contact Mechanics, 8.5), times `Motion.turning`. The bodies turn over each other about an axis along
+y, so where the common surface is inclined they also slip across, by
 
     −x d'(y).
 
@@ -39,11 +39,12 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class DifferentialSlip:
-    """The functions d(y) and −x d'(y) of a geometry and the shares w of its bodies, or the reason why they are left out
-    (`why_not`) with the bound of the relative change of any scalar by them (`left_out`)."""
+    """The functions d(y) and −x d'(y) of a geometry, the shares w of its bodies and the `turning` of their motion, or the
+    reason why they are left out (`why_not`) with the bound of the relative change of any scalar by them (`left_out`)."""
 
     geometry: ContactGeometry
     shares: tuple[float, float]
+    turning: float = 1.0
     why_not: str = ""
     left_out: float = 0.0
 
@@ -53,15 +54,15 @@ class DifferentialSlip:
 
     def __call__(self, y: Array) -> Array:
         """d at the places `y` (m), dimensionless; zero if it is left out."""
-        return self.geometry.longitudinal_slip(self.shares, y) if self.active else np.zeros(np.shape(y))
+        return self.turning * self.geometry.longitudinal_slip(self.shares, y) if self.active else np.zeros(np.shape(y))
 
     def lateral(self, x: Array | float, y: Array) -> Array:
         """−x d'(y) at the places x, y (m), which are broadcast, unless the geometry has it otherwise."""
-        return self.geometry.lateral_slip(self.shares, x, y) if self.active else np.zeros(1)
+        return self.turning * self.geometry.lateral_slip(self.shares, x, y) if self.active else np.zeros(1)
 
     def slope(self, y: Array) -> Array:
         """d'(y) in 1/m."""
-        return self.geometry.longitudinal_slope(self.shares, y) if self.active else np.zeros(np.shape(y))
+        return self.turning * self.geometry.longitudinal_slope(self.shares, y) if self.active else np.zeros(np.shape(y))
 
 
 def resolved(
@@ -73,7 +74,7 @@ def resolved(
 
     It is compared with the creepage that drives the contact without it, at most the `saturation` creepage, because heat and
     stick change with the ratio; spin counts with the larger of the contact's `half_lengths` (m), d' with that along x."""
-    found = DifferentialSlip(problem.geometry, shares)
+    found = DifferentialSlip(problem.geometry, shares, problem.motion.turning)
     if not problem.motion.differential_slip:
         return replace(found, why_not="switched off")
     largest = float(np.abs((found(y), found.lateral(half_lengths[0], y))).max())
