@@ -16,7 +16,7 @@ from scripts.stress.tracks import check, random_track
 from tests.support.command_line import call
 from thermoroll_cli import Case, CaseError, Result, conicity, solve, wear
 from thermoroll_cli.files.profile_file import read_slices
-from thermoroll_cli.many_contacts.wheelset.first_contact import touching
+from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, touching
 from thermoroll_cli.many_contacts.wheelset.slices import Slices
 
 R, CROWN = 460.0, 300.0
@@ -168,6 +168,9 @@ def test_a_rail_that_begins_under_the_wheel_bears_from_there_on() -> None:
         {"at": at, "points_mm": lower + (rail() if at >= 0.0 else []),
          "features_mm": [0.0, end, end + whole if at >= 0.0 else -1.0]}
         for at in (-100.0, -50.0, 0.0, 50.0, 100.0)]}  # fmt: skip
+    # What touches ahead is told of, which the rail below the axle lacks.
+    facts = facts_of(Case.from_dict(tables(begins, PLAIN[1], position_mm=-5.0)).task)
+    assert facts["first_contact_y_rail_right_mm"] == pytest.approx(0.0, abs=0.1)
     there, here, plain = (solve(Case.from_dict(tables(profile, PLAIN[1], height_mm=0.05, **at))) for profile, at in (
         (begins, {"position_mm": 30.0}), (begins, {"position_mm": 1.0}), (PLAIN[0], {})))
     assert here.converged, here.reason

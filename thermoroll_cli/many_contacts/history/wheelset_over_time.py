@@ -24,8 +24,14 @@ from thermoroll_cli.many_contacts.history.row_errors import OF_TRACTIONS, over_r
 from thermoroll_cli.many_contacts.history.solve import AtRim, on_domain, table_of
 from thermoroll_cli.many_contacts.history.steps import Reached, Stepper
 from thermoroll_cli.many_contacts.history.surface_maps import maps_of_wheelset
-from thermoroll_cli.many_contacts.wheelset.curves import curve
-from thermoroll_cli.many_contacts.wheelset.first_contact import ROUNDED, facts_of, roll_of, touching, wheelset_warnings
+from thermoroll_cli.many_contacts.wheelset.first_contact import (
+    ROUNDED,
+    facts_of,
+    roll_of,
+    touching,
+    touching_points,
+    wheelset_warnings,
+)
 from thermoroll_cli.many_contacts.wheelset.one_wheel import NoHeight, same_patch
 from thermoroll_cli.many_contacts.wheelset.patch_problem import SolvedPatch, problem_of_patch
 from thermoroll_cli.many_contacts.wheelset.patch_surface import PatchSurface, nearest
@@ -302,19 +308,17 @@ def textures_of_slices(history: WheelsetHistory) -> dict[str, Texture]:
     rolls over and patches see around it; those that no pressure notices are left out."""
     start, end, found = history.start, history.problem_at(history.course.places[-1]), dict[str, Texture]()
     for side, facing in touching(start).items() if start.varies else ():
-        number = int(np.argmin(facing.gap))
-        wheel, outlines = facing.wheel, facing.outlines
+        wheel, ahead = facing.wheel, float(facing.ahead[int(np.argmin(facing.gap))])
         bodies: tuple[tuple[str, Side, float, float, float], ...] = (
             ("rail", facing.rail, facing.rail.along, end.rails[side].along, 1.0),
             ("wheel", wheel, wheel.turned, end.wheels[side].turned, wheel.radius))
-        for (body, own, first, last, scale), outline in zip(bodies, outlines, strict=True):
+        for (body, own, first, last, scale), (_, point) in zip(bodies, touching_points(facing), strict=True):
             if own.slices is None:
                 continue
             ends = scale * first - AROUND, scale * last + AROUND
             spacing = 0.5 * scale * min(np.diff(own.slices.at), default=math.inf)
             places = np.linspace(*ends, int(np.clip((ends[1] - ends[0]) / spacing, *PLACES_OF_SLICES)) + 1)
-            point = curve(own.profile).samples[:2, round(outline.index[number])]
-            heights = own.slices.along(places / scale, first, point)
+            heights = own.slices.along(places / scale, first + ahead / scale, point)
             departure = heights - np.polyval(np.polyfit(places - ends[0], heights, 1), places - ends[0])
             texture = Texture.of(departure[:, None], (float(places[1] - places[0]), 1.0))
             if 0.5 * texture.slope > ROUNDED:

@@ -10,12 +10,13 @@ import numpy as np
 
 from thermoroll_cli.many_contacts.wheelset.curves import curve
 from thermoroll_cli.many_contacts.wheelset.one_wheel import deepest
-from thermoroll_cli.many_contacts.wheelset.placement import Position, WheelSide
+from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.search import Facing
 from thermoroll_cli.many_contacts.wheelset.standing import level
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SideName, WheelsetProblem, sign_of
 from thermoroll_cli.problem.geometry import Unsolvable, rough_warning
 from thermoroll_cli.problem.rounding import rounding_warning
+from thermoroll_cli.tools.arrays import Array
 
 KINK_ROOM = 3e-3
 """A corner this near to the first contact (m) may lie in the loaded one."""
@@ -53,6 +54,18 @@ def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
     return {side: facing.lowered(facing.clearance) for side, facing in facings.items()}
 
 
+def touching_points(facing: Facing) -> tuple[tuple[RailSide, Array], tuple[WheelSide, Array]]:
+    """Rail and wheel with the points (y, z in m) of their profiles that touch first; a rail that changes is as it is there:
+    below the axle it may lack what touches ahead."""
+    k = int(np.argmin(facing.gap))
+    outline, of_wheel = facing.outlines
+    rail = facing.rail.section(float(facing.ahead[k]))
+    number = (round(outline.index[k]) if rail is facing.rail else
+              int(np.argmin(np.hypot(rail.samples[0] - outline.y[k], rail.samples[1] - outline.z[k]))))
+    return ((rail, curve(rail.profile).samples[:2, number]),
+            (facing.wheel, curve(facing.wheel.profile).samples[:2, round(of_wheel.index[k])]))
+
+
 def roll_of(first: Mapping[SideName, Facing]) -> float:
     """The roll (rad) of a wheelset whose wheels touch first as in `first`."""
     side, facing = next(iter(first.items()))
@@ -66,12 +79,12 @@ def facts_of(problem: WheelsetProblem) -> dict[str, float]:
     for side, facing in facings.items():
         k = int(np.argmin(facing.gap))
         rail, wheel = facing.outlines
-        at_rail, at_wheel = (round(outline.index[k]) for outline in (rail, wheel))
+        at_wheel, ((_, in_rail), (_, in_wheel)) = round(wheel.index[k]), touching_points(facing)
         sign = sign_of(side)
         facts |= {
             f"first_contact_y_{side}_mm": 1e3 * sign * float(rail.y[k]),
-            f"first_contact_y_rail_{side}_mm": 1e3 * float(curve(facing.rail.profile).samples[0][at_rail]),
-            f"first_contact_y_wheel_{side}_mm": 1e3 * float(curve(facing.wheel.profile).samples[0][at_wheel]),
+            f"first_contact_y_rail_{side}_mm": 1e3 * float(in_rail[0]),
+            f"first_contact_y_wheel_{side}_mm": 1e3 * float(in_wheel[0]),
             f"first_contact_angle_{side}_mrad": 1e3 * sign * float(facing.angle[k]),
             f"rolling_radius_{side}_mm": 1e3 * float(facing.wheel.samples[1][at_wheel]),
             f"flange_clearance_{side}_mm": 1e3 * flange_clearance(facing),
@@ -131,9 +144,9 @@ def wheelset_warnings(problem: WheelsetProblem, first: Mapping[SideName, Facing]
             yield (f"the tread of the {side} wheel is hollow: its field side is {1e3 * hollow:.3g} mm higher at y = "
                    f"{1e3 * y:.4g} mm, so that contacts jump between flange and field side")
         k = int(np.argmin(facing.gap))
-        for what, body, outline in (("rail", facing.rail, facing.outlines[0]), ("wheel", facing.wheel, facing.outlines[1])):
+        for (what, own), (body, here) in zip((("rail", facing.rail), ("wheel", facing.wheel)), touching_points(facing),
+                                             strict=True):
             profile, shape = body.profile, curve(body.profile)
-            here = shape.samples[:2, round(outline.index[k])]
             for corner in shape.corner_places:
                 if math.dist(here, corner) < KINK_ROOM:
                     yield (f"the profile of the {side} {what} has a corner of more than 30 degrees at y = {1e3 * corner[0]:.4g}"
@@ -141,5 +154,5 @@ def wheelset_warnings(problem: WheelsetProblem, first: Mapping[SideName, Facing]
                            "bound")
             yield from rough_warning(f"{side} {what}", [point for point in profile if math.dist(point, here) < ROUGH_REACH])
             modulus, place = problem.contact.contact_modulus, (float(here[0]), float(here[1]))
-            for rounding in body.roundings_at(float(facing.ahead[k]), place, ROUGH_REACH):
+            for rounding in own.roundings_at(float(facing.ahead[k]), place, ROUGH_REACH):
                 yield from rounding_warning(f"{side} {what}", rounding, modulus, ROUGH_REACH, ROUNDED * modulus)
