@@ -97,6 +97,7 @@ def test_a_mirrored_track_mirrors_the_history() -> None:
         np.testing.assert_allclose(column(left, name), sign * column(right, name), rtol=1e-9, err_msg=name)
 
 
+@pytest.mark.slow
 def test_a_history_goes_on_where_the_one_before_ended(tmp_path: Path) -> None:
     """A rail that rises evenly is the same all along: the tractions go on as they were. The first step after a file is of first
     order, on any track."""
@@ -129,6 +130,7 @@ def test_a_wheel_with_a_flat_comes_down_by_its_chord_once_a_turn() -> None:
     assert "steps of 7 mm are long beside waves of" in warning and "of the right wheel" in warning
 
 
+@pytest.mark.slow
 def test_a_surface_on_a_rail_that_changes_lifts_the_wheel_once() -> None:
     """Heights that are the same everywhere, over slices."""
     level = {"kind": "wave", "amplitude_um": 100.0, "wavelength_mm": 1e6}
