@@ -221,6 +221,19 @@ def test_errors_know_that_steps_pass_over_waves() -> None:
     assert error.max() > 0.25 * column(fine, "Q_F_W").max()
 
 
+def test_errors_know_what_sticks_and_what_slips_between_elements() -> None:
+    """About the place where spin and creepage cancel 0.055 % of a sliding contact stick (48 elements a side), and no element of
+    16 does. Where all but a rim sticks, its flux and temperature are those of a rim as wide as elements allow."""
+    sliding = rolled(over_time(16, 0.05, 2, creepage={"longitudinal": 0.01, "spin_rad_mm": -0.1}))
+    assert column(sliding, "gamma_st")[-1] == 0.0 and 5.5e-4 < column(sliding, "uncertainty.gamma_st")[-1] < 0.05
+    case = over_time(16, 0.1, 4, creepage={"longitudinal": 2e-5}, thermal={"heat": True, "deformation": False})
+    case["material"] |= {"conductivity_W_mK": 50.0, "diffusivity_mm2_s": 13.0, "expansion_um_mK": 12.0}
+    stuck = rolled(case)
+    assert column(stuck, "gamma_st")[-1] > 0.96
+    for name, least in (("heat_flux_max_W_mm2", 1.0), ("temperature_rise_max_lower_K", 0.4)):
+        assert column(stuck, f"uncertainty.{name}")[-1] > least * column(stuck, name)[-1]
+
+
 def test_a_rough_step_takes_few_applications() -> None:
     """Spots stick and slip anew with every step; near full sliding, and with a part of the friction used."""
     for creepage, most in ((0.0015, 1.6), (0.0004, 1.6)):

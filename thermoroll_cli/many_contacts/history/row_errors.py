@@ -17,12 +17,12 @@ import scipy
 
 from thermoroll_cli.many_contacts.history.course import History, When
 from thermoroll_cli.many_contacts.history.history_plan import PER_STEP
-from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR
+from thermoroll_cli.one_contact.refinement.error_estimates import FLOOR, SPREAD
 from thermoroll_cli.one_contact.refinement.outcome import rounded
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.scalars import problem_scalars
 from thermoroll_cli.problem.names import ALL_SCALARS, holds, known_as, per_length
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.problem.result import State
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, error_scale
 from thermoroll_cli.problem.surface import Heights
@@ -64,13 +64,14 @@ Errors = dict[str, Array]
 @dataclass(frozen=True)
 class ReportedMoment(When):
     """A state of a history as tables have it: scalars, the `applications` since the row before, whether all steps since then
-    were solved, the longest of them (`step`, m), and with its fields the `state`."""
+    were solved, the longest of them (`step`, m), and with its fields the `state`. A share of the contact may stick `unseen`."""
 
     scalars: Mapping[str, float]
     applications: int
     converged: bool
     state: State | None = None
     step: float = 0.0
+    unseen: float = 0.0
 
 
 def over_rows(places: Array, known: Array, difference: Array, alike: Array | None = None) -> Array:
@@ -334,6 +335,28 @@ def _of_unseen_slip(rows: _Compared) -> Iterator[tuple[str, Array]]:
     yield rows.named("Q_F_W"), rubbed / np.where(lasted > 0.0, lasted, math.inf)
 
 
+def _of_unseen_stick(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """Where no element sticks, a place may between two in which slip turns (`sharp_places.unseen_stick`)."""
+    unseen = np.array([row.unseen for row in rows.rows])
+    if rows.both and unseen.any():
+        yield "gamma_st", unseen
+        yield rows.named("stick_area_mm2"), unseen * rows["contact_area_mm2"]
+
+
+def _of_narrow_slip(rows: _Compared) -> Iterator[tuple[str, Array]]:
+    """The heat of a slip zone narrower than an element is spread over all of it, on both grids: fluxes and temperatures are
+    larger than they say, as in a steady state (`error_estimates.Resolution`)."""
+    gamma, elements = rows["gamma_st"], 2.0 * rows.half / rows.dx
+    narrow = np.where(rows.still, 0.0, gamma / np.maximum(1.0, (1.0 - gamma) * elements) ** 2)
+    flux = "heat_flux_max_W_mm2"
+    unseen = {flux: narrow / np.maximum(1.0 - gamma, 1.0 / elements) * rows[flux]}
+    for body in BODIES if "temperature_rise_max_lower_K" in rows.columns else ():
+        largest, mean = (SPREAD * narrow * np.abs(rows[f"temperature_rise_{which}_{body}_K"]) for which in ("max", "mean"))
+        unseen |= {f"temperature_rise_max_{body}_K": largest, f"surface_temperature_max_{body}_K": largest,
+                   f"temperature_rise_centre_{body}_K": largest, f"temperature_rise_mean_{body}_K": mean}
+    yield from ((name, rows.differences[name] + more) for name, more in unseen.items() if name in rows.differences)
+
+
 def _of_heights(rows: _Compared) -> Iterator[tuple[str, Array]]:
     """Slopes that means over elements do not see raise the largest pressure."""
     for name, per in (("pressure_max_MPa", 1.0), ("gamma_p", rows.columns["gamma_p"] / rows.columns["pressure_max_MPa"])):
@@ -367,8 +390,8 @@ def _of_middle(rows: _Compared) -> Iterator[tuple[str, Array]]:
 
 
 RULES: tuple[Callable[[_Compared], Iterator[tuple[str, Array]]], ...] = (
-    _of_difference, _of_interpolation, _of_border, _of_balance, _of_unseen_slip, _of_heights, _of_long_steps,
-    _of_middle)
+    _of_difference, _of_interpolation, _of_border, _of_balance, _of_unseen_slip, _of_unseen_stick, _of_narrow_slip, _of_heights,
+    _of_long_steps, _of_middle)
 
 
 def scalars_of_problem(problem: Problem) -> dict[str, float]:

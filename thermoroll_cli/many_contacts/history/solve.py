@@ -38,6 +38,7 @@ from thermoroll_cli.many_contacts.history.surface_maps import maps_of_contact
 from thermoroll_cli.one_contact.refinement.error_estimates import missed_accuracy
 from thermoroll_cli.one_contact.refinement.outcome import state_of_line
 from thermoroll_cli.one_contact.refinement.plan import extent_of, grown, may_grow
+from thermoroll_cli.one_contact.refinement.sharp_places import unseen_stick
 from thermoroll_cli.one_contact.refinement.subsurface_stage import scalars_below
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.discretisation import SolverOptions
@@ -230,7 +231,8 @@ class _Level:
             reported = _reported(moment)
             scalars = {**reported.scalars, **self._below(moment)}
             self.rows.append(ReportedMoment(moment.place, moment.time, moment.distance, scalars, self._work, self._solved,
-                                 reported if moment.place in self.history.course.places_of_fields else None, self._step))
+                                 reported if moment.place in self.history.course.places_of_fields else None, self._step,
+                                 unseen_stick(moment.here, moment.state.contact, scalars["gamma_st"])))
             self._work, self._solved, self._step = 0, True, 0.0
 
     def _with_means(self, moment: Moment) -> Moment:
