@@ -253,8 +253,10 @@ def _columns(numbers: Array, name: str, unit: str | None) -> _Read:
 def _of_instrument(path: str, name: str, spacing: tuple[float, float] | None, unit: str | None) -> _Read:
     """The first channel of heights in the file of an instrument."""
     try:
-        # Its import takes longer than a run: only here.
-        from SurfaceTopography import open_topography
+        # Its import takes longer than a run: only here. It warns of libraries that are not there.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            from SurfaceTopography import open_topography
     except ImportError:
         raise TableError(f"{name} is the file of an instrument, which SurfaceTopography reads, and that is not installed",
                          "pip install 'thermoroll[surfaces]', or export a matrix of heights") from None
