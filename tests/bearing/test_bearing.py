@@ -188,7 +188,7 @@ def test_at_rest_there_are_loads_and_stiffness_alone() -> None:
     pytest.param(1.0 / RPM, 0.001, 14.04, -0.088, -0.157, 60, marks=pytest.mark.slow),
     pytest.param(1.0 / RPM, 0.02, 282.8, -0.088, -0.159, 60, marks=pytest.mark.slow),
     pytest.param(1.0 / RPM, 0.3, 6105.0, -0.139, -0.2255, 60, marks=pytest.mark.slow),
-    pytest.param(1.0 / RPM, 5.0, 276840.0, -0.539, -0.657, 75, marks=pytest.mark.slow),
+    pytest.param(1.0 / RPM, 5.0, 278320.0, -0.539, -0.657, 75, marks=pytest.mark.slow),
 ])
 def test_axes_follow_from_the_balance_of_tractions(
     rpm: float, friction: float, torque: float, inner: float, outer: float, solves: int

@@ -229,7 +229,7 @@ def test_files_that_are_no_positions_are_errors(tmp_path: Path, content: str, wo
 @pytest.mark.slow
 def test_errors_cover_shorter_steps() -> None:
     """The worn area and the depth: the outline becomes more conformal from step to step."""
-    asked = {"wear.distance_km": 300.0, "wear.smoothing_mm": 8.0}
+    asked = {"wear.distance_km": 300.0, "wear.smoothing_mm": 8.0, "numerics.grid": 16}
     coarse, fine = (wear(ONE.with_values(asked | {"wear.step_um": step})).rows for step in (12.0, 4.0))
     assert len(fine) > 1.5 * len(coarse) > 3
     for name in ("depth_max_wheel_right_um", "worn_area_wheel_right_mm2", "worn_mass_wheel_right_kg"):

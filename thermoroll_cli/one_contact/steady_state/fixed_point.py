@@ -89,7 +89,7 @@ class Convergence(NamedTuple):
 
 FIRST_DAMPING = 0.7
 """Share of the first change of heat that is applied if nothing is learnt: bulge and pressure overshoot."""
-HEAT = Convergence(first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=28, recent=20, gain=0.5)
+HEAT = Convergence(first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=36, recent=26, gain=0.5)
 """Heat may move the surfaces by half of the approach. Mixing needs iterations solved more accurately than they change: with a
 first residual of 1 the exact case at 11.28 W needs 276 transforms, with 0.1 it needs 173. Heat is proportional to the
 tractions, so their residual must be well below the change in an iteration. Close to the thermo-elastic limit a dozen and
