@@ -51,7 +51,8 @@ def _over_time(measured: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _kinds(measured: list[dict[str, Any]]) -> dict[str, Any]:
     rows = [[r["name"], str(r["N"]), f"{r['seconds']:.2g}",
-             *(f"{error:.0e}, {estimate:.0e}" for error, estimate in (r[POWER], r[PRESSURE]))] for r in measured]
+             *(f"{error:.0e}, " + (f"{estimate:.0e}" if estimate else "–") for error, estimate in (r[POWER], r[PRESSURE]))]
+            for r in measured]
     return _table("problem | N | CPU s | power | largest pressure", rows)
 
 
