@@ -13,12 +13,12 @@ from scripts.benchmark.cases import ROOT, log, seconds
 from thermoroll_cli import Case
 from thermoroll_cli.many_contacts.history.course import History
 from thermoroll_cli.problem.kinds import Task
+from thermoroll_cli.problem.names import known_as
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.tools.arrays import Array
 
 POWER, PRESSURE = "Q_F_W", "pressure_max_MPa"
-PER_LENGTH = "Q_F_W_mm"
 
 
 class Measured(NamedTuple):
@@ -79,8 +79,7 @@ def measure(runs: int) -> list[dict[str, Any]]:
 
 def _rows(result: Result, name: str) -> tuple[Array, Array]:
     """Values of a scalar and their estimated errors (0 where it is exact), of all rows of a history or of the one state."""
-    if name not in result.numbers:
-        name = PER_LENGTH
+    name = known_as(name, result.numbers)
     if result.history is not None:
         values = np.array(result.history[name], float)
         return values, np.array(result.history.get(f"uncertainty.{name}", np.zeros(len(values))), float)

@@ -304,7 +304,7 @@ class Stepper:
         scalars = {**reported.scalars, "elastic_energy_J": stored * here.grid.element_area, "work_J": reached.work,
                    "heat_J": reached.heat, "shift_x_um": 1e6 * reached.shift[0], "shift_y_um": 1e6 * reached.shift[1],
                    "power_balance_error": math.nan, "heat_conducted_W": math.nan}
-        # Of what moves with the contact: only a steady state at the beginning would have it.
+        # It is the power of an expansion that moves with the contact, as in a steady state.
         scalars.pop("expansion_power_W", None)
         if here.heights is not None:
             reported = replace(reported, fields={**reported.fields, "surface_height": here.heights})

@@ -349,11 +349,11 @@ class WheelsetHistorySolver:
             """The result on grids with more and more elements and steps. Raises AtRim where a contact reaches the rim of a
             domain that may grow, which is then known to be there."""
             nonlocal known
-            ahead, coarser, rows = known, dict[float, _Solved](), dict[float, _Solved]()
+            coarser, rows = dict[float, _Solved](), dict[float, _Solved]()
             for shape, runs in grids:
                 coarser, rows = rows, {}
                 for places in runs:
-                    patches, grows = ahead.afresh(shape, extent), may_grow(extent)
+                    patches, grows = known.afresh(shape, extent), may_grow(extent)
                     for row in patches.rows(places, report or (lambda stage, info: None)):
                         if row.place in history.course.rows:
                             rows[row.place] = row

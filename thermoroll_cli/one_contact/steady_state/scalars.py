@@ -252,7 +252,7 @@ def reported_state(discretisation: Discretisation, contact: Contact, *, heated: 
     if expansion is not None:
         fields["displacement_thermal"] = expansion
         scalars["thermal_displacement_max_um"] = float(np.ptp(expansion[inside])) * 1e6
-        if contact.expansion is not None and discretisation.derived.past is None:
+        if contact.expansion is not None:
             work = float((normal.pressure * np.gradient(expansion, grid.dx, axis=0)).sum()) * grid.element_area
             scalars["expansion_power_W"] = work * speed
     return State(fields, scalars, grid.x, grid.y)
