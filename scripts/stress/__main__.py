@@ -2,8 +2,8 @@
 
     python -m scripts.stress [POPULATION ...] [--first SEED] [--count N] [--jobs J] [--write]
 
-A POPULATION is a name of `populations.POPULATIONS`, or the beginning of some: "coverage" means all that begin with it. With
-`--count 1` the case of the seed `--first` is shown, too.
+A POPULATION is a name of `populations.POPULATIONS`, or the beginning of some: "coverage" means all that begin with it, but
+"contacts", which is a name, means these alone. With `--count 1` the case of the seed `--first` is shown, too.
 """
 
 from __future__ import annotations
@@ -114,7 +114,8 @@ def main(arguments: list[str] | None = None) -> int:
     for word in wishes.populations:
         if not any(name.startswith(word) for name in POPULATIONS):
             parser.error(f"no population begins with {word!r}: {', '.join(POPULATIONS)}")
-    names = [name for name in POPULATIONS if any(name.startswith(word) for word in wishes.populations or [""])]
+    names = [name for name in POPULATIONS if any(
+        name == word or (word not in POPULATIONS and name.startswith(word)) for word in wishes.populations or [""])]
     drawn = [(name, seed) for name in names
              for seed in range(wishes.first, wishes.first + (wishes.count or POPULATIONS[name].cases))]  # fmt: skip
     if wishes.count == 1:
