@@ -190,26 +190,6 @@ def test_files_that_are_no_profile(tmp_path, content, told):
     assert told in done.stderr and "case.toml:10" in done.stderr and "geometry.upper_profile.file" in done.stderr
 
 
-@pytest.mark.parametrize(("profile", "told"), [
-    ('file = "nowhere.csv"\n', "no such file"), ("points_mm = [[0.0, 0.0]]\n", "2 to 2000 pairs"),
-    ("points_mm = [[0.0, 0.0], [1.0]]\n", "2 to 2000 pairs"),
-    ("points_mm = [[0.0, 0.0], [0.0, 1.0]]\n", "point 2: y does not increase"),
-    ("points_mm = [[0.0, 0.0], [5e-324, 1.0]]\n", "point 2: y does not increase"),
-    ("points_mm = [[-3.0, -1e300], [0.0, 0.0]]\n", "point 1: -1e+300 is beyond 1e+06 mm"),
-    ("points_mm = [[0.0, nan], [1.0, 0.0]]\n", "2 to 2000 pairs"),
-    ("offset_mm = 1.0\n", "neither points_mm nor file nor kind"),
-    (POINTS + 'file = "roller.csv"\n', "cannot be given together with geometry.upper_profile.points_mm (line 10)"),
-    ('kind = "logarithmic"\nlength_mm = 10.0\n', "needs drop_um"),
-    ('kind = "logarithmic"\nlength_mm = 10.0\ndrop_um = 1.0\nflat_mm = 10.0\n', "less than length_mm = 10"),
-    ('kind = "logarithmc"\nlength_mm = 10.0\ndrop_um = 1.0\n', 'did you mean "logarithmic"?'),
-    (POINTS + "length_mm = 3.0\n", "belongs to a crown"), (POINTS + "ofset_mm = 3.0\n", 'did you mean "offset_mm"?'),
-    (POINTS + "offset_mm = 5.0\n", "no material at y = 0"),
-])
-def test_profiles_that_are_wrong(profile, told):
-    message = fault(case(profile))
-    assert told in message and "upper_profile" in message and "case.toml" in message
-
-
 def test_a_body_has_a_radius_or_a_profile():
     assert "cannot be given together with geometry.upper_radius_y_mm" in fault(case(POINTS, MECHANICAL))
     assert "or a table [geometry.upper_profile]" in fault(WITHOUT)

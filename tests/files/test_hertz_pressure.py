@@ -53,28 +53,3 @@ def test_the_load_per_length_of_two_cylinders_is_that_of_hertz(tmp_path: Path) -
     fitted = call("fit", tmp_path / "case.toml", tmp_path / "data.csv", "--free", "load.friction_coefficient", "--no-plots",
                   "-o", tmp_path, "--json")
     assert json.loads(fitted.stdout)["parameters"]["load.friction_coefficient"]["value"] == pytest.approx(0.2, rel=1e-3)
-
-
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ("hertz_pressure_MPa = 1200.0", "hertz_pressure_MPa = 1200.0\nnormal_N = 65.0", "a pressure, or a load"),
-    ("upper_radius_y_mm = 30.0", "conformal = true\nupper_radius_y_mm = 30.0", "not of a conformal contact"),
-    ("upper_radius_y_mm = 30.0\n", "[geometry.upper_profile]\npoints_mm = [[-1, -0.02], [0, 0], [1, -0.02]]\n",
-     "not of profiles"),
-    ("[geometry]\nlower_radius_x_mm = 30.0\nlower_radius_y_mm = 30.0\nupper_radius_x_mm = 30.0\nupper_radius_y_mm = 30.0",
-     "[geometry]\nlower_radius_x_mm = 30.0\nlower_radius_y_mm = inf\nupper_radius_x_mm = 30.0\nupper_radius_y_mm = inf\n"
-     "conformal = true", "or a body that is curved across"),
-    ("lower_radius_y_mm = 30.0\n", "", "of a line contact whose load is a pressure, inf for both"),
-    ("[geometry]", "relaxation = [[0.5, 1e-3]]\n[geometry]", "not of bodies with coatings, or that relax"),
-])
-def test_what_has_no_hertz_pressure_is_refused(old: str, new: str, words: str, tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(PRESSURE.replace(old, new))
-    done = call("validate", tmp_path / "case.toml")
-    assert done.returncode == 3 and words in " ".join(done.stderr.split())
-
-
-def test_friction_that_rises_from_zero_says_what_belongs_to_it(tmp_path: Path) -> None:
-    law = '[friction]\nlaw = "table"\ntable = [[0.0, 0.0], [0.02, 0.03], [0.1, 0.05]]\n'
-    (tmp_path / "case.toml").write_text(MECHANICAL + law)
-    done = call("validate", tmp_path / "case.toml")
-    assert done.returncode == 3 and "load.friction_coefficient = 0 beside this table" in " ".join(done.stderr.split())
-    assert call("validate", tmp_path / "case.toml", "--set", "load.friction_coefficient=0").returncode == 0

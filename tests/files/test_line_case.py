@@ -166,38 +166,6 @@ def refused(content: dict[str, Any]) -> set[str]:
     return set()
 
 
-@pytest.mark.parametrize(("tables", "key"), [
-    ({"load": {"normal_N": 65.0}}, "load.normal_N_mm"),
-    ({"load": {"approach_um": 1.0}}, "load.approach_um"),
-    ({"force": {"longitudinal_N": 1.0}, "creepage": {"longitudinal": None}}, "force.longitudinal_N"),
-    ({"force": {"longitudinal_N_mm": 1.0}, "creepage": {"longitudinal": None}}, "force.longitudinal_N_mm"),
-    ({"force": {"lateral_N_mm": 0.1}, "creepage": {"lateral": 0.0}}, "force.lateral_N_mm"),
-    ({"geometry": {"lower_radius_y_mm": 10.0}}, "geometry.lower_radius_y_mm"),
-    ({"geometry": {"conformal": True}}, "geometry.conformal"),
-    ({"geometry": {"upper_profile": {"kind": "logarithmic", "length_mm": 5.0, "drop_um": 1.0}}}, "geometry.upper_profile"),
-    ({"geometry": {"upper_radius_x_mm": -5.0}}, "geometry.upper_radius_x_mm"),
-    ({"creepage": {"spin_rad_mm": 0.01}}, "creepage.spin_rad_mm"),
-    ({"numerics": {"grid": [32, 32]}}, "numerics.grid"),
-    ({"numerics": {"grid": None, "accuracy_of": ["approach_um"]}}, "numerics.accuracy_of"),
-    ({"material": {"conductivity_W_mK": 50.0, "expansion_um_mK": 11.0, "diffusivity_mm2_s": 12.0},
-      "thermal": {"peclet": "sliding"}}, "thermal.peclet"),
-    ({"material": {"conductivity_W_mK": 50.0, "expansion_um_mK": 11.0, "diffusivity_mm2_s": 12.0},
-      "creepage": {"longitudinal": 2.0}}, "creepage.longitudinal"),
-    ({"history": {"distance_mm": [0, 1], "values": {"creepage.longitudinal": [0.0, 1e-4]}}}, "history.length_mm"),
-])
-def test_keys_that_do_not_go_with_a_line(tables: dict[str, Any], key: str) -> None:
-    assert key in refused(gears(**tables))
-
-
-def test_a_load_per_length_is_what_two_long_cylinders_need() -> None:
-    with pytest.raises(CaseError, match=r"(?s)both bodies are flat.*load\.normal_N_mm"):
-        Case.from_dict(gears(load={"normal_N_mm": None, "normal_N": 1.0},
-                             geometry={"lower_radius_y_mm": math.inf, "upper_radius_y_mm": math.inf}))
-    assert refused(gears(force={"longitudinal_N_mm": 0.1}, load={"normal_N_mm": None, "normal_N": 1.0})) >= {
-        "force.longitudinal_N_mm"}
-    assert refused({**gears(), "track": {}, "wheelset": {}}) >= {"load.normal_N_mm"}
-
-
 HEATED = {"conductivity_W_mK": 50.0, "expansion_um_mK": 11.0, "diffusivity_mm2_s": 12.0}
 TURNS = {"recirculate": True, "convection_W_m2K": 50.0}
 LAW = {"law": "exponential", "limit_coefficient": 0.04, "half_slip_m_s": 0.001}

@@ -154,25 +154,6 @@ def test_hostile_files(tmp_path: Path, content: Any, key: str, words: str) -> No
     assert path.name in str(caught.value) and words in f"{finding.message} {finding.hint} {finding.allowed}"
 
 
-@pytest.mark.parametrize(("changes", "table", "key", "words"), [
-    ({"history": None}, ROUGH, "surface", "history"),
-    ({"geometry": {"conformal": True, "lower_radius_x_mm": 30.0, "lower_radius_y_mm": -11.0}}, ROUGH, "surface", "conformal"),
-    ({}, {"kind": "wave", "amplitude_um": 1.0}, "surface.lower.wavelength_mm", "missing"),
-    ({}, {"kind": "dent", "depth_um": 1.0, "radius_mm": 0.1, "hurst": 0.5}, "surface.lower.hurst", "no key of a dent"),
-    ({}, {"kind": "wave", "file": "a.npy"}, "surface.lower", "file or a kind"), ({}, {}, "surface.lower", "file or a kind"),
-    ({}, {"kind": "flat", "length_mm": 1.0}, "surface.lower.kind", "convex"),
-    ({}, ROUGH | {"longest_mm": 0.02}, "surface.lower.longest_mm", "below"),
-    ({}, ROUGH | {"longest_mm": 300.0}, "surface.lower.longest_mm", "points"),
-    ({}, ROUGH | {"rms_um": -1.0}, "surface.lower.rms_um", "0"), ({}, ROUGH | {"rms": 1.0}, "surface.lower.rms", "rms_um"),
-    ({}, {"kind": "scratch"}, "surface.lower.kind", "known word"),
-])  # fmt: skip
-def test_what_surfaces_do_not_go_with(changes: dict[str, Any], table: dict[str, Any], key: str, words: str) -> None:
-    with pytest.raises(CaseError) as caught:
-        Case.from_dict(with_surface(changes, lower=table))
-    found = [finding for finding in caught.value.findings if finding.key == key]
-    assert found and words in f"{found[0].message} {found[0].hint} {found[0].allowed}"
-
-
 def test_a_case_with_surfaces_is_shown_and_comes_back(tmp_path: Path) -> None:
     """Numbers of each surface, warnings with what would do, and the same case from its resolved text."""
     np.save(tmp_path / "ground.npy", np.random.default_rng(5).normal(size=(64, 64)))

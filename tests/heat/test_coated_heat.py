@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.cases import findings, parse
+from tests.support.cases import parse
 from tests.support.command_line import THERMAL
 from tests.support.scenes import reference
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
@@ -164,21 +164,6 @@ diffusivity_mm2_s = 0.7
 
 def test_constants_of_a_case() -> None:
     assert parse(CASE).problem.lower.layers == (CARBON,)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "key", "message"),
-    [
-        ("diffusivity_mm2_s = 0.7\n", "", "material.layers.0", "missing: diffusivity_mm2_s"),
-        ("[geometry]", '[thermal]\npeclet = "sliding"\n[geometry]', "thermal.peclet", "coated bodies"),
-        ("[geometry]", "[thermal.lower]\nrecirculate = true\nconvection_W_m2K = 50.0\nwidth_mm = 5.0\n[geometry]",
-         "thermal.lower.recirculate", "coated bodies"),
-        ("[geometry]", "[subsurface]\n[geometry]", "subsurface.thermal", "coated bodies"),
-    ],
-)  # fmt: skip
-def test_errors_of_heat_with_layers(old: str, new: str, key: str, message: str) -> None:
-    (found,) = findings(CASE.replace(old, new))
-    assert message in str(found) and key in str(found)
 
 
 def test_layers_far_from_solids_are_named() -> None:

@@ -464,39 +464,6 @@ def test_the_power_of_a_row_at_rest_is_the_mean_since_the_row_before() -> None:
         assert max(found["uncertainty.Q_F_W"]) < 0.8 * max(powers)
 
 
-@pytest.mark.parametrize(("table", "values", "key"), [
-    ("history", {"distance_mm": [0, 8, 7]}, "history.distance_mm"),
-    ("history", {"distance_mm": [0, 0, 0, 7]}, "history.distance_mm"),
-    ("history", {"values": {"creepage.longitudinal": [0.001, 0.003]}}, "history.values"),
-    ("history", {"values": {"numerics.grid": [8, 8, 8]}}, "history.values"),
-    ("history", {"values": {"load.normal_N": [1, 0, 1]}}, "load.normal_N"),
-    ("history", {"values": {"load.friction_coefficient": [0.1, 1e9, 0.1]}}, "load.friction_coefficient"),
-    ("history", {"values": {"creepage.longitudinal": [0, 1, -1e7]}}, "creepage.longitudinal"),
-    ("history", {"values": {"creepage.spin_rad_mm": [0, 1e10, 0]}}, "creepage.spin_rad_mm"),
-    ("history", {"values": {"rolling.speed_m_s": [1, 2, 2e9]}}, "rolling.speed_m_s"),
-    ("history", {"values": {"load.approach_um": [1, 2, 1]}}, "load.approach_um"),
-    ("history", {"values": {"shift.lateral_um": [0, 1, 2]}}, "history.values"),
-    ("history", {"time_s": [0, 1, 2]}, "history.time_s"),
-    ("history", {"begin": "still"}, "history.begin"),
-    ("rolling", {"speed_m_s": 0.0}, "history.distance_mm"),
-    ("rolling", {"speed_m_s": 0.0}, "history.values"),
-    ("force", {"longitudinal_N": 0.1}, "force.longitudinal_N"),
-    ("friction", {"law": "exponential", "limit_coefficient": 0.2, "half_slip_m_s": 0.1}, "friction.law"),
-    ("friction", {"law": "table", "table": [[0, 0.2], [0.1, 0.4], [0.2, 0.3]]}, "friction.law"),
-    ("thermal", {"deformation": False, "peclet": "sliding"}, "thermal.peclet"),
-    ("thermal", {"deformation": False, "lower": {"recirculate": True, "width_mm": 20, "convection_W_m2K": 9}}, "thermal.lower"),
-    ("history", {"values": {"thermal.bulk_temperature_upper_K": [0, 1, 2]}}, "material"),
-    ("material", {"relaxation": [[0.5, 1.0]]}, "material.relaxation"),
-])  # fmt: skip
-def test_what_is_refused(table: str, values: dict[str, Any], key: str) -> None:
-    case = ball(**{table: values})
-    if table == "thermal":
-        case["material"] = WARM
-    with pytest.raises(CaseError) as raised:
-        Case.from_dict(case)
-    assert key in [finding.key for finding in raised.value.findings]
-
-
 def test_a_key_that_changes_has_no_other_value() -> None:
     with pytest.raises(CaseError, match="changes over time"):
         Case.from_dict(ball()).with_values({"creepage.longitudinal": 0.002})

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
-from thermoroll_cli import Case, CaseError, Result, solve
+from thermoroll_cli import Case, Result, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.many_contacts.history.steps import Steps
@@ -265,18 +265,3 @@ def test_stresses_below_rows_with_fields(tmp_path: Path) -> None:
     assert result.uncertainty["von_mises_max_lower_MPa"] > 0.0
     result.save(tmp_path / "dented.h5")
     assert read_result(tmp_path / "dented.h5")["von_mises_max_lower_MPa"] == np.nanmax(stresses)
-
-
-@pytest.mark.parametrize(("changes", "key"), [
-    ({"history": {"fields_every": 0}}, "history.fields_every"), ({"subsurface": {"fields": "full"}}, "subsurface.fields"),
-    ({"thermal": {"heat": True}, "material": {
-        "conductivity_W_mK": 50.0, "expansion_um_mK": 12.0, "diffusivity_mm2_s": 13.0}}, "subsurface.thermal"),
-])  # fmt: skip
-def test_what_stresses_over_time_need(changes: dict[str, Any], key: str) -> None:
-    case = over_time(16, 0.1, 2, subsurface={"bodies": ["lower"]})
-    case["history"]["fields_every"] = 1
-    for table, keys in changes.items():
-        case[table] = case.get(table, {}) | keys
-    with pytest.raises(CaseError) as caught:
-        Case.from_dict(case)
-    assert key in [finding.key for finding in caught.value.findings]

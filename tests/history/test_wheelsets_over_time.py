@@ -14,7 +14,7 @@ import tomli_w
 
 from tests.support.command_line import call
 from tests.support.soft_wheel import RADIUS, SOFT, WHEEL, wheel
-from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli import Case, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.many_contacts.history.course import OF_WHEELSETS, SHIFTS, VARIED
@@ -144,22 +144,6 @@ def test_a_file_goes_on_where_it_ended(tmp_path: Path) -> None:
     assert {f"second_{kind}.png" for kind in ("section", "patches", "history")} <= {path.name for path in tmp_path.iterdir()}
     last = read_result(tmp_path / "second.h5")
     assert last.assembly == "wheelset" and last["track_force_x_N"] == pytest.approx(parts[1][-1])
-
-
-@pytest.mark.parametrize(("changes", "key"), [
-    ({"history": {"values": {"creepage.longitudinal": [0.0, 0.1]}}}, "creepage.longitudinal of a wheelset cannot change"),
-    ({"history": {"values": {"wheelset.vertical_N": [1.0, 2.0]}}}, "cannot be given together with wheelset.vertical_N"),
-    ({"history": {"values": {"wheelset.traction_N": [1.0, 2.0]}}}, "together with wheelset.angular_velocity_rad_s"),
-    ({"history": {"values": {"wheelset.yaw_mrad": [1.0]}}}, "has 1 values for 2 places"),
-    ({"history": {"values": {"rolling.speed_m_s": [1.0, 0.0]}}}, "a wheelset over time rolls"),
-    ({"history": {"values": {"wheelset.yaw_mrad": [0.0, 1.0]}}, "wheelset": {"yaw_rate_mrad_s": 1.0}}, "follows from the path"),
-    ({"history": {"length_mm": 3.0}}, "length_mm"),
-    ({"subsurface": {"points": 9}}, "subsurface"),
-])  # fmt: skip
-def test_what_is_refused_is_named(changes: dict[str, Any], key: str) -> None:
-    with pytest.raises(CaseError) as caught:
-        solve(Case.of(wheel(**changes)))
-    assert key in str(caught.value)
 
 
 @pytest.mark.parametrize(("base", "keys"), [

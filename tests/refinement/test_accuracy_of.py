@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.command_line import MECHANICAL, THERMAL, call
+from tests.support.command_line import MECHANICAL, call
 from tests.support.errors import relative
 from tests.support.scenes import accurate_to, article_4_1
 from thermoroll_cli.problem.names import GROUPS, SCALARS, of_contacts
@@ -58,19 +58,6 @@ def test_a_strip_that_hardly_sticks_fails_nothing() -> None:
         "rolling": {"speed_m_s": 3.0}, "creepage": {"longitudinal": 0.02}})
     assert found.converged and 0.0 < found["gamma_st"] < 0.02 and found.uncertainty["gamma_st"] > 1e-3
     assert found.uncertainty["force_x_N"] < 1e-3 * found["friction_limit_N"]
-
-
-@pytest.mark.parametrize(("text", "numerics", "words"), [
-    (MECHANICAL, 'accuracy_of = ["temperatures"]', ('"temperatures" is no scalar of this case', "forces, heat, stresses")),
-    (THERMAL, 'accuracy_of = ["force_z_N"]', ('"force_z_N" is no scalar at all', "temperature_rise_max_lower_K")),
-    (THERMAL, 'accuracy_of = ["von_mises_max_lower_MPa"]', ("is no scalar of this case",)),
-    (THERMAL, "accuracy_of = []", ("is empty", "forces")),
-    (THERMAL, 'grid = 16\naccuracy_of = ["forces"]', ("cannot be given together with numerics.grid",)),
-])  # fmt: skip
-def test_what_a_case_does_not_have_is_refused(tmp_path: Path, text: str, numerics: str, words: tuple[str, ...]) -> None:
-    (tmp_path / "case.toml").write_text(text.replace("grid = 16", numerics))
-    done = call("validate", tmp_path / "case.toml")
-    assert done.returncode == 3 and all(word in done.stderr for word in ("numerics.accuracy_of", *words)), done.stderr
 
 
 def test_without_an_accuracy_it_is_the_usual_one(tmp_path: Path) -> None:

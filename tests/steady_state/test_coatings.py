@@ -300,25 +300,6 @@ def test_layers_of_a_case() -> None:
     assert "normal (isothermal)" in plan.run and "hertz_a_mm" not in plan.facts and plan.warnings == []
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "key", "message"),
-    [
-        ("thickness_um = 2.0", "thickness_um = 0.0", "material.layers.0.thickness_um", "greater than 0"),
-        ("thickness_um = 2.0", "thickness_um = 50000.0", "material.layers.0.thickness_um", "smallest radius"),
-        ("poisson_ratio = 0.2\n", "poisson_ratio = 0.51\n", "material.layers.0.poisson_ratio", "above"),
-        ("= 250.0", "= 250000.0", "material.layers.0.youngs_modulus_GPa", "stiffer"),
-        ("= 250.0", "= 1e-4", "material.layers.0.youngs_modulus_GPa", "softer"),
-        ("thickness_um = 2.0", "thickness_um = 2.0\nexpansion_um_mK = 2.3", "material.layers.0", "missing: conductivity"),
-        ("thickness_um = 2.0", "thickness_um = 2.0\nshear_yield_MPa = 1.0", "material.layers.0.shear_yield_MPa", "no effect"),
-        ("[geometry]", "[wear]\ndistance_km = 1.0\nlower.specific_wear_rate_mm3_Nm = 1e-7\n[geometry]", "wear.distance_km",
-         "does not thin coatings"),
-    ],
-)  # fmt: skip
-def test_errors_of_layers(old: str, new: str, key: str, message: str) -> None:
-    (found,) = findings(CASE.replace(old, new))
-    assert message in str(found) and key in str(found)
-
-
 def test_at_most_five_layers() -> None:
     layer = CASE[CASE.index("[[") : CASE.index("[geometry]")]
     different = "".join(layer.replace("250.0", f"{250 + number}.0") for number in range(5))

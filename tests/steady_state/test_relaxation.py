@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.support.cases import findings, parse
+from tests.support.cases import parse
 from tests.support.documents import at_most
 from tests.support.errors import relative
 from tests.support.scenes import MECHANICAL, accurate_to, reference, solved
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hunter import hunter
-from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.one_contact.refinement.error_estimates import missed_accuracy
 from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
@@ -26,7 +24,6 @@ from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Num
 from thermoroll_cli.problem.relaxation import Series
 
 STEEL = Material(210e9, 0.3)
-CASES = Path(__file__).parents[2] / "cases"
 GLASSY = Material(2.6e9, 0.3)
 TREAD = Material(2.4e9, 0.38, relaxation=((0.30, 1e-4), (0.25, 1e-3), (0.20, 1e-2)))
 SPEED = 2.0
@@ -315,37 +312,7 @@ def test_friction_that_falls_with_slip() -> None:
     assert found["falling_friction_criterion"] > 0.0
 
 
-def test_wheelsets_are_elastic() -> None:
-    text = (CASES / "manchester.toml").read_text().replace("[material]\n", "[material]\nrelaxation = [[0.5, 1.0]]\n")
-    with pytest.raises(CaseError) as caught:
-        Case.parse(text, name=str(CASES / "manchester.toml"))
-    assert [finding.key for finding in caught.value.findings] == ["material.relaxation"]
-
-
-@pytest.mark.parametrize(("relaxation", "message"), [
-    ("[[0.6, 1e-3], [0.4, 1e-2]]", "nothing remains that carries a load"),
-    ("[[0.6, 0.0]]", "a share or a time outside"),
-    ("[[0.6, -1.0]]", "a share or a time outside"),
-    ("[[-0.1, 1.0]]", "a share or a time outside"),
-    ("[[0.6, 1e-3, 1.0]]", "too many entries"),
-    ("[]", "is empty"),
-    ("0.5", "must be a list"),
-])
-def test_series_that_no_body_has(relaxation: str, message: str) -> None:
-    (finding,) = findings(CASE.replace("[[0.30, 1e-4], [0.25, 1e-3], [0.20, 1e-2]]", relaxation))
-    assert finding.key == "material.upper.relaxation"
-    assert message in finding.message
-
-
 # --- layers ------------------------------------------------------------------------------------------------------
-
-COATED = """
-[[material.upper.layers]]
-thickness_um = 3000.0
-youngs_modulus_GPa = 0.05
-poisson_ratio = 0.45
-relaxation = [[0.6, 1e-3]]
-"""
 TYRE = Layer(3e-3, 50e6, 0.45, relaxation=((0.6, 1e-3),))
 
 
@@ -412,15 +379,3 @@ def test_power_of_a_layer_that_relaxes_is_balanced() -> None:
     resistance = one["rolling_resistance_moment_Nmm"] * 1e-3 / 0.05
     by_forces = 0.01 * one["force_x_N"] + 0.004 * one["force_y_N"]
     assert by_forces + resistance == pytest.approx((one["Q_F_W"] + one["hysteresis_W"]) / SPEED, rel=5e-3)
-
-
-@pytest.mark.parametrize(("change", "key", "message"), [
-    ("material.upper.relaxation=[[0.5,1.0]]", "material.upper.relaxation", "a body below a coating"),
-    ("material.upper.layers.0.thickness_um=20.0", "material.upper.layers", "too thin"),
-    ("subsurface.depth_mm=1.0", "subsurface.bodies", "layers that relax"),
-])
-def test_layers_that_are_refused(change: str, key: str, message: str) -> None:
-    text = CASE.replace("relaxation = [[0.30, 1e-4], [0.25, 1e-3], [0.20, 1e-2]]\n", COATED)
-    assert parse(text).problem.upper.layers[0].relaxation == ((0.6, 1e-3),)
-    found = [finding for finding in findings(text, change) if message in finding.message]
-    assert [finding.key for finding in found] == [key]

@@ -39,39 +39,6 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "spheres.h5"
 
 
-@pytest.mark.parametrize(
-    ("line", "message", "allowed"),
-    [
-        ("depth_mm = 0.0", "must be greater than 0", "1e-9 to 1e9, in mm"),
-        ("depth_mm = -1", "must be greater than 0", "in mm"),
-        ("layers = 5", "below the allowed range", "from 6 to 400"),
-        ("layers = 401", "above the allowed range", "from 6 to 400"),
-        ("layers = 2.5", "must be a whole number", "from 6 to 400"),
-        ('bodies = ["lowre"]', "not a known word", '["lower"]'),
-        ('bodies = "lower"', "must be a list", '["lower"]'),
-        ("bodies = []", "is empty", '["lower"]'),
-        ('bodies = ["upper", "upper"]', "names a body twice", '["lower"]'),
-        ('fields = "everything"', "not a known word", '"plane", "von_mises" or "full"'),
-        ("thermal = true", "there is no heat", "a case with heat"),
-        ("deep_mm = 1", "unknown key", ""),
-    ],
-)
-def test_bad_tables(tmp_path: Path, line: str, message: str, allowed: str) -> None:
-    done = call("validate", written(tmp_path, f"{MECHANICAL}[subsurface]\n{line}\n"))
-    assert done.returncode == 3
-    assert f"subsurface.{line.split(' ')[0]}" in done.stderr
-    assert message in done.stderr
-    assert allowed in done.stderr
-
-
-def test_thermal_stresses_need_one_speed(tmp_path: Path) -> None:
-    text = THERMAL + '[thermal]\npeclet = "sliding"\n[subsurface]\n'
-    assert call("validate", written(tmp_path, text)).returncode == 0
-    done = call("validate", written(tmp_path, text + "thermal = true\n"))
-    assert done.returncode == 3
-    assert 'peclet = "rolling"' in done.stderr
-
-
 def test_an_empty_table_is_a_wish() -> None:
     """All defaults; the resolved case keeps it, and a case without the table stays without."""
     case = Case.parse(MECHANICAL + "[subsurface]\n")

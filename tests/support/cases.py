@@ -11,7 +11,7 @@ def parse(text: str, *overrides: str) -> Case:
     return Case.parse(text, overrides=[Override.parse(override) for override in overrides])
 
 
-def findings(text: str, *overrides: str) -> tuple[Finding, ...]:
+def findings(text: str, *overrides: str, name: str = "bad.toml") -> tuple[Finding, ...]:
     with pytest.raises(CaseError) as caught:
-        Case.parse(text, name="bad.toml", overrides=[Override.parse(override) for override in overrides])
+        Case.parse(text, name=name, overrides=[Override.parse(override) for override in overrides])
     return caught.value.findings

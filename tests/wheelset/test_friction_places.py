@@ -205,34 +205,6 @@ def test_a_force_that_the_places_do_not_carry_has_a_reason(share):
     assert not result.converged and "friction across the contact carries 24" in result.reason
 
 
-@pytest.mark.parametrize(("friction", "load", "words"), [
-    ({"across": [[1.0, 0.2], [1.0, 0.3]]}, {}, "point 2: 1 mm does not lie above 1 mm"),
-    ({"across": [[1.0, 12.5]]}, {}, "point 1: coefficient 12.5"),
-    ({"across": [[1.0, 0.5]]}, {"friction_coefficient": 0.3}, "one coefficient of friction, or one of each place"),
-    ({"over_angle": [[1.0, 0.5]]}, {}, "friction.over_angle: belongs to wheels on rails"),
-    ({"left": {"over_angle": [[1.0, 0.5]]}}, {"friction_coefficient": 0.3}, "friction.left: belongs to wheels on rails"),
-    ({}, {}, "load.friction_coefficient: is missing"),
-    ({"across": [[0.0, 0.1], [2.0, 0.2]], "law": "table", "table": [[0.0, 0.1], [1.0, 0.3]]}, {},
-     "has 0.1 without slip, but the largest coefficient of all places is 0.2"),
-])  # fmt: skip
-def test_wrong_places_are_errors(friction, load, words):
-    with pytest.raises(CaseError, match=words.replace(".", r"\.")):
-        profiled(friction, load=load)
-
-
-@pytest.mark.parametrize(("friction", "words"), [
-    ({"over_angle": [[-10.0, 0.2], [-20.0, 0.3]]}, "point 2: -20 degrees does not lie above -10 degrees"),
-    ({"over_angle": [[-190.0, 0.2]]}, "point 1: -190 degrees"),
-    ({"across": [[0.0, 0.2]]}, "friction.across: belongs to one contact"),
-    ({"right": {}}, "friction.right: is empty"),
-    ({"left": {"over_angle": [[0.0, 0.2]]}}, "friction.left: has no effect"),
-    ({"left": {"over_angle": [[0.0, 0.2]]}}, "load.friction_coefficient: is missing"),
-])  # fmt: skip
-def test_wrong_points_over_the_angle_are_errors(friction, words):
-    with pytest.raises(CaseError, match=words.replace(".", r"\.")):
-        right_wheel(friction)
-
-
 def test_radii_have_no_places_and_the_command_writes_the_local_coefficient(tmp_path):
     geometry = dict.fromkeys(("lower_radius_x_mm", "lower_radius_y_mm", "upper_radius_x_mm", "upper_radius_y_mm"), 30.0)
     with pytest.raises(CaseError, match="belongs to bodies with profiles"):

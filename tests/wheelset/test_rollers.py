@@ -12,7 +12,7 @@ import pytest
 
 from tests.support.sampling import sampled
 from tests.support.wheelsets import ROOT
-from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli import solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.plots.wheelset_figures import section_figure
 from thermoroll_cli.problem.result import Result
@@ -146,20 +146,6 @@ def test_files_and_pictures_know_the_roller(tmp_path: Path) -> None:
     assert found.lines["axle_right"][1] == pytest.approx(0.5)
     legend = section_figure(found).legends[0]
     assert "roller, radius 500 mm" in [text.get_text() for text in legend.get_texts()]
-
-
-@pytest.mark.parametrize(("track", "wheelset", "message"), [
-    ({"left": {"roller_radius_mm": 400.0}}, {}, "one side has a rail"),
-    ({"roller_radius_mm": 400.0, "curve_radius_m": 500.0}, {}, "no curve"),
-    ({"roller_angular_velocity_rad_s": 2.0}, {}, "no roller"),
-    ({}, {"longitudinal_velocity_mm_s": 2.0}, "straight rails"),
-    ({}, {"longitudinal_shift_mm": 2.0}, "straight rails"),
-    ({"roller_radius_mm": -400.0}, {}, "roller_radius_mm"),
-])  # fmt: skip
-def test_what_does_not_go_together_is_an_error(track: dict[str, Any], wheelset: dict[str, Any], message: str) -> None:
-    with pytest.raises(CaseError, match=message):
-        Case.from_dict({**MANCHESTER, "track": {**MANCHESTER["track"], **track},
-                        "wheelset": {**MANCHESTER["wheelset"], **wheelset}})  # fmt: skip
 
 
 def test_a_sphere_touches_the_same_however_it_is_yawed() -> None:

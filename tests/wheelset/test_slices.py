@@ -4,7 +4,6 @@ geometry, mirror images and shifts."""
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -241,21 +240,10 @@ def test_files_of_slices_are_read_shown_and_kept_in_the_case(tmp_path: Path) -> 
     assert "the first of 2 slices from 10 to 30 mm" in str(case.profiles)
 
 
-@pytest.mark.parametrize(("change", "told"), [
-    (lambda case: case["track"].update(rail_profile=PLAIN[0]), "the rails are the same everywhere"),
-    (lambda case: case["wheelset"].update(rotation_deg=3.0), "the wheels are round"),
-    (lambda case: case["track"].update(roller_radius_mm=500.0), "have no slices"),
-    (lambda case: case["track"]["rail_profile"].update(slices=[["a", 1.0]], sections=None), "a slice is a pair"),
-])  # fmt: skip
-def test_what_slices_do_not_go_with(change: Any, told: str) -> None:
-    content = tables(json.loads(json.dumps(NOSE)), PLAIN[1], position_mm=1.0)
-    change(content)
-    with pytest.raises(CaseError, match=told):
-        Case.from_dict({key: value for key, value in content.items() if value is not None})
-
-
-def test_commands_that_need_the_same_rail_everywhere_refuse_slices() -> None:
+def test_rollers_and_commands_that_need_the_same_rail_everywhere_refuse_slices() -> None:
     content = tables(NOSE, PLAIN[1])
+    with pytest.raises(CaseError, match="have no slices"):
+        Case.from_dict({**content, "track": {**content["track"], "roller_radius_mm": 500.0}})
     content["wheelset"]["wheels"] = "both"
     for key in ("roll_mrad", "angular_velocity_rad_s"):
         del content["wheelset"][key]

@@ -19,7 +19,7 @@ from tests.support.documents import cell, printed
 from tests.support.errors import relative
 from tests.support.wheelsets import ROOT, case_named, contact_cases, facing_beside, outline_points
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.many_contacts.wheelset.patch_surface import section
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
@@ -237,28 +237,6 @@ def test_a_run_finds_roll_and_angular_velocity(tmp_path):
     assert "file" not in record["patches"][0]
 
 
-@pytest.mark.parametrize(("change", "key", "words"), [
-    (("vertical_N = 20e3", "vertical_N = 20e3\nheight_mm = 0.1"), "wheelset.height_mm", "cannot be given together with"),
-    (("vertical_N = 20e3", "height_mm = 0.1"), "wheelset.roll_mrad", "found from the loads of both wheels"),
-    (("vertical_N = 20e3", "vertical_N = 20e3\ntraction_N = 1.0\nangular_velocity_rad_s = 4.0"), "wheelset.traction_N",
-     "cannot be given together with wheelset.angular_velocity_rad_s"),
-    (("[load]", "[load]\nnormal_N = 1.0"), "load.normal_N", "cannot be given together with [wheelset]"),
-    (("[load]", "[creepage]\nlongitudinal = 0.1\n[load]"), "creepage", "cannot be given together with [wheelset]"),
-    (("UIC60_v3.prr\"", "UIC60_v3.prr\", mirror = true"), "", ""),
-    (("rail_profile", "gauge_mm"), "track.gauge_mm", "must be a number"),
-])  # fmt: skip
-def test_what_cannot_be_given_together_is_said(change, key, words):
-    text = TEXT.replace(*change)
-    assert text != TEXT
-    if not key:  # a rail is nearly symmetric
-        Case.parse(text, name="case.toml")
-        return
-    with pytest.raises(CaseError) as caught:
-        Case.parse(text, name="case.toml")
-    assert key in [finding.key for finding in caught.value.findings]
-    assert any(words in finding.message for finding in caught.value.findings)
-
-
 WORN = f"{ROOT}/tests/reference/wheelset/worn_high_mileage.prw"
 
 
@@ -279,20 +257,6 @@ def test_a_flange_back_that_is_none_is_said(tmp_path, profile, more, found):
     assert checked.returncode == (3 if found else 0) and record["valid"] == (not found), checked.stderr
     for error in record["errors"]:
         assert error["key"] == "wheelset.flange_back_mm" and error["message"].startswith(found) and error["allowed"]
-
-
-@pytest.mark.parametrize(("points", "words", "hint"), [
-    ([[-0.03, 0.03], [-0.02, 0.0], [0.02, 0.0], [0.03, 0.03]], "the profile is 0.103 mm long", "in metres"),
-    ([[-3.0, 0.0], [1e308, 0.0]], "1e+308 is beyond 1e+06 mm", "5 to 500 mm"),
-    ([[-30.0, -30.0], [-20.0, -1.0], [0.0, 0.0], [10.0, 0.5], [20.0, 0.0], [30.0, -30.0]], "the profile is upside down",
-     "z points down"),
-])  # fmt: skip
-def test_profiles_in_another_frame_are_recognised(points, words, hint):
-    text = TEXT.replace(f'{{ file = "{ROOT}/cases/MBench_UIC60_v3.prr" }}', f"{{ points_mm = {points} }}")
-    with pytest.raises(CaseError) as caught:
-        Case.parse(text, name="case.toml")
-    (finding,) = caught.value.findings
-    assert words in finding.message and hint in finding.hint
 
 
 def test_a_wheelset_shows_itself_in_a_notebook():

@@ -176,21 +176,14 @@ def test_command_writes_resumes_and_shares(whole: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("values", "words"), [
-    ({"wear.positions": [[0.0, {}]]}, ["wear.positions", "0"]),
-    ({"wear.positions": [[-1, {SHIFT: 1.0}]]}, ["wear.positions", "-1"]),
-    ({"wear.positions": [[{}, 1.0]]}, ["wear.positions", "weight"]),
-    ({"wear.positions": []}, ["wear.positions"]),
-    ({"wear.positions": [[1.0, {SHIFT: 1.0}], [1.0, {"wheelset.lateral_mm": 1.0}]]},
-     ["wear.positions, number 2", "wheelset.lateral_mm"]),
-    ({"wear.positions": [[1.0, {SHIFT: 1e9}]]}, ["wear.positions, number 1", SHIFT, "1000000000"]),
-    ({"wear.positions": [[1.0, {"wheelset.nominal_radius_mm": 450.0}]]}, ["position 1 changes the wheelset"]),
-    ({"wear.lower.track_length_m": None}, ["a rail has no circumference", "track_length_m"]),
-])  # fmt: skip
-def test_positions_that_cannot_be_are_errors(values: dict, words: list[str]) -> None:
-    with pytest.raises(CaseError) as caught:
+    ({"wear.positions": [[1.0, {"wheelset.nominal_radius_mm": 450.0}]]}, "position 1 changes the wheelset"),
+    ({"wear.positions": [[1.0, {}], [1.0, {"wheelset.lateral_mm": 1.0}]]}, "wear.positions, number 2.*wheelset.lateral_mm"),
+    ({"wear.positions": [[1.0, {SHIFT: 1e9}]]}, f"wear.positions, number 1.*{SHIFT}.*1000000000"),
+    ({"wear.lower.track_length_m": None}, "a rail has no circumference.*track_length_m"),
+])
+def test_positions_that_cannot_be_are_errors(values: dict, words: str) -> None:
+    with pytest.raises(CaseError, match=f"(?s){words}"):
         wear(ONE.with_values(values))
-    for word in words:
-        assert word in str(caught.value), caught.value
 
 
 def from_file(folder: Path, content: str) -> Case:
@@ -267,11 +260,6 @@ def test_validate_checks_the_keys_of_positions(tmp_path: Path) -> None:
     done = call("validate", "m.toml", cwd=tmp_path)
     for word in ("m.toml: wear.positions, number 2", f"{YAW} = 900", "allowed", "500"):
         assert done.returncode == 3 and word in done.stderr, done.stderr
-
-
-def test_positions_are_those_of_a_wheelset() -> None:
-    with pytest.raises(CaseError, match="are those of a wheelset"):
-        Case.read(ROOT / "cases" / "twin_disc_wear.toml").with_values({"wear.positions": [[1.0, {}]]})
 
 
 def test_a_wheel_beside_its_rail_is_a_reason() -> None:

@@ -337,18 +337,6 @@ def test_a_worn_profile_is_read_by_a_case(tmp_path: Path) -> None:
     assert json.loads(again.stdout)["pressure_max_MPa"] == pytest.approx(summary["pressure_max_MPa"], rel=2e-3)
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ("1e-5 ", "-1e-5 ", "specific_wear_rate_mm3_Nm"),
-    ("depth_um = 20.0", "depth_um = 20.0\ndistance_km = 3.0", "distance_km"),
-    ("upper_radius_x_mm = 23.5", "upper_radius_x_mm = inf", "track_length_m"),
-    ("[wear.upper]\nspecific_wear_rate_mm3_Nm = 1e-5 ", "# ", "no body wears"),
-])
-def test_what_does_not_fit_is_an_error(tmp_path: Path, old: str, new: str, words: str) -> None:
-    (tmp_path / "case.toml").write_text(CASE.read_text().replace(old, new))
-    done = call("wear", tmp_path / "case.toml", "-o", tmp_path)
-    assert done.returncode == 3 and words in done.stderr
-
-
 def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> None:
     """What is worn off where the bodies touch is missing in the approach, so that the load falls. The worn case has the load of
     the last step, heights of a profile have no zero, and an evolution that asks for more than the approach ends."""
