@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from scipy.signal import fftconvolve
 from scipy.special import k0e
 
+from tests.support.convolution import convolved
 from tests.support.scenes import reference, rolling
 from thermoroll_cli.physics.halfspace.thermal import (
     displacement_table,
@@ -177,7 +177,7 @@ def surface_temperature(flux, spacing, peclet_a):
     """Temperature at element centres, in q a/k, for a flux given on an n × n grid; P_a = V a/κ."""
     n = len(flux)
     table = temperature_table(n, n, 1.0, peclet_a * spacing)
-    return spacing * fftconvolve(flux, table)[n - 1 : 2 * n - 1, n - 1 : 2 * n - 1]
+    return spacing * convolved(flux, table)
 
 
 @pytest.mark.parametrize("peclet", SOURCES["square"])

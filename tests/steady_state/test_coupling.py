@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import fftconvolve
 
 from scripts.references.estimate_references import problem_of
+from tests.support.convolution import convolved
 from tests.support.errors import relative
 from tests.support.scenes import STEEL, article_4_1, divided_heats, on_grid, order, reference, rolling, solved
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
@@ -121,12 +121,12 @@ def test_expansion_and_temperature_are_those_of_the_heat_flux(problem, monkeypat
     bodies = heated_bodies(problem, s["creepage_longitudinal"], s["creepage_lateral"])
     for name, body in zip(("lower", "upper"), bodies, strict=True):
         peclets = body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity
-        rise = fftconvolve(flux, temperature_table(*shape, aspect, *peclets), "valid")
-        rise += fftconvolve(divided[-1].slope, temperature_slope_table(*shape, aspect, *peclets), "valid")
+        rise = convolved(flux, temperature_table(*shape, aspect, *peclets))
+        rise += convolved(divided[-1].slope, temperature_slope_table(*shape, aspect, *peclets))
         rise *= 0.5 * grid.dx / STEEL.conductivity
         np.testing.assert_allclose(fields[f"temperature_rise_{name}"], rise, atol=1e-8 * rise.max())
         factor = 0.5 * 1.28 * problem.lower.expansion * grid.dx**2 / STEEL.conductivity
-        expansion += factor * fftconvolve(flux, displacement_table(*shape, aspect, *peclets), "valid")
+        expansion += factor * convolved(flux, displacement_table(*shape, aspect, *peclets))
     contact = fields["state"] > 0
     change = fields["displacement_thermal"] - expansion
     change -= change[contact].mean()
