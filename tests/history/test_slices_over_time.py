@@ -63,18 +63,19 @@ def column(result: Result, name: str) -> np.ndarray[Any, Any]:
     return np.array(result.history[name])
 
 
-def test_slices_that_are_all_the_same_are_the_plain_track_over_time() -> None:
+@pytest.mark.parametrize(("profile", "near"), [
+    (sections(PLACES, 7 * [rail()]), 1e-9),
+    pytest.param(sections(FAR, [rail(float(abs(s) == 500.0)) for s in FAR]), 0.015, marks=pytest.mark.slow)],
+    ids=["everywhere", "far away"])  # fmt: skip
+def test_slices_that_are_all_the_same_are_the_plain_track_over_time(profile: dict[str, Any], near: float) -> None:
     """To rounding; and as nearly as 8 elements show where they differ far away alone."""
-    plain = rolled({"points_mm": rail()})
-    for profile, near in ((sections(PLACES, 7 * [rail()]), 1e-9),
-                          (sections(FAR, [rail(float(abs(s) == 500.0)) for s in FAR]), 0.015)):
-        sliced = rolled(profile)
-        for name in ("height_mm", "pressure_max_MPa", "track_force_x_N", "contact_area_mm2"):
-            np.testing.assert_allclose(column(sliced, name), column(plain, name), rtol=near, atol=1e-12, err_msg=name)
+    plain, sliced = rolled({"points_mm": rail()}), rolled(profile)
+    for name in ("height_mm", "pressure_max_MPa", "track_force_x_N", "contact_area_mm2"):
+        np.testing.assert_allclose(column(sliced, name), column(plain, name), rtol=near, atol=1e-12, err_msg=name)
 
 
+@pytest.mark.slow
 def test_rows_far_apart_are_steady_wheels_at_their_places() -> None:
-    """And a rail that is placed by gauge and top stays where it lay at the beginning."""
     over_time = rolled(ASIDE, {"distance_mm": [0, 40], "steps": 1, "begin": "steady"}, position_mm=-20.0)
     np.testing.assert_allclose(column(over_time, "position_mm"), [-20.0, 20.0], atol=1e-9)
     np.testing.assert_allclose(column(over_time, "rotation_deg"), [0.0, math.degrees(0.996 * 40.0 / RADIUS)], atol=1e-9)
@@ -82,6 +83,9 @@ def test_rows_far_apart_are_steady_wheels_at_their_places() -> None:
         steady = rolled(ASIDE, None, position_mm=place)
         for name, near in (("height_mm", 0.01), ("pressure_max_MPa", 5e-3), ("track_force_x_N", 0.03)):
             assert column(over_time, name)[row] == pytest.approx(steady[name], rel=near), (name, place)
+
+
+def test_a_rail_that_is_placed_by_gauge_and_top_stays_where_it_lay() -> None:
     case = case_of(ASIDE)
     case["track"] |= {"right": None, "gauge_mm": 1435.0, "gauge_height_mm": 1.0}
     task = Case.from_dict({**case, "track": {name: table for name, table in case["track"].items() if table is not None}}).task
@@ -90,6 +94,7 @@ def test_rows_far_apart_are_steady_wheels_at_their_places() -> None:
     assert there[0].mean() - here[0].mean() == pytest.approx(0.1 * 3e-3, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_mirrored_track_mirrors_the_history() -> None:
     right, left = aside(), rolled(ASIDE, STEPS, "left")
     assert np.abs(column(right, "track_force_y_N")).max() > 0.01
