@@ -94,24 +94,6 @@ def test_several_formats_are_written_by_one_command(results: Path, tmp_path: Pat
     assert (done.returncode, done.stdout.split()) == (0, [str(tmp_path / name) for name in names])
 
 
-CREEP = """[material]
-youngs_modulus_GPa = 210.0
-poisson_ratio = 0.28
-[geometry]
-lower_radius_x_mm = inf
-lower_radius_y_mm = 300.0
-upper_radius_x_mm = 460.0
-upper_radius_y_mm = inf
-[load]
-normal_N = 80e3
-friction_coefficient = 0.3
-[rolling]
-speed_m_s = 10.0
-[numerics]
-grid = 16
-"""
-
-
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("result") / "r.h5"
@@ -130,7 +112,7 @@ def test_pictures_are_chosen_and_sized(result: Path, tmp_path: Path) -> None:
 def test_sweeps_are_drawn_again_from_either_table(tmp_path: Path) -> None:
     """With theories beside the creep forces, on request; CSV has no title."""
     case = tmp_path / "creep.toml"
-    case.write_text(CREEP)
+    case.write_text(MECHANICAL)
     over = ("--over", "creepage.longitudinal=0.0005,0.004", "--columns", "force_x_N")
     done = call("sweep", case, *over, "--scalars-only", "-o", tmp_path, "--compare", "linear,polach,fastsim", "--format", "svg",
                 painted=True)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import MECHANICAL, call
+from tests.support.documents import ROOT
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.plots.profile_figures import profile_figure
@@ -45,28 +46,7 @@ def test_every_form_of_a_profile(tmp_path):
 
 FIVE = [[-2.0, -0.0667], [-1.0, -0.01667], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]
 ROWS = FILE.splitlines()[2:]
-PRR = """header.begin
-  version = 1
-  type = 0   ! a rail
-header.end
-spline.begin
-  approx.smooth = 0.0
-  units.len.f = 1000.0
-  mirror.y = 0
-  shift.y = 0.5
-  point.begin
-    -2.0  9.0   1.0   ! the foot folds back
-    -2.5  0.0667
-    -1.5  0.01667
-    -0.5  0.0
-     0.5  0.01667
-     1.5  0.0667
-     1.4  4.0
-  point.end
-spline.end
-"""
-BAN = ("ProgramName=MiniProf\nColumnDef=X,Y,A\nXOffset=1.0\n\n"
-       "1.0 -0.0667 0.1\n0.0 -0.01667 0\n-1.0 0 0\n-2.0 -0.01667 0\n-3.0 -0.0667 0\n")  # fmt: skip
+PRR, BAN = ((ROOT / "tests" / "reference" / "synthetic_profiles" / f"roller.{ending}").read_text() for ending in ("prr", "ban"))
 
 
 def profile_in(tmp_path, name: str, content: str | bytes) -> list[list[float]]:

@@ -20,25 +20,8 @@ from thermoroll_cli.peer.deck import cases_in, read_deck
 from thermoroll_cli.peer.reference import Forces, reference_forces
 from thermoroll_cli.python_api import solve
 
-FIRST = """% Written for this test: Hertz's ellipse, steady rolling.
-
- 3  MODULE
-  203100     P-B-T-N-F-S        PVTIME, BOUND , TANG  , NORM  , FORCE , STRESS
-  022020     L-D-C-M-Z-E        FRCLAW, DISCNS, INFLCF, MATER , RZNORM, EXRHS
- 0000241   H-G-I-A-O-W-R  HEAT, GAUSEI, IESTIM, MATFIL, OUTPUT, FLOW  , RETURN
-   999   100    30      1     .1-04     MAXGS , MAXIN , MAXNR , MAXOUT, EPS
-  100000.  -0.002    0.001    2d-4             FN, CKSI, CETA, CPHI
-   0.300    0.300                              FSTAT, FKIN
-   {chi}    0.200    30000.                    CHI, DQ, VELOC
-   0.280    0.280    82000.   82000.           POISS 1,2,  GG 1,2
-    1                                          IPOTCN
-   60   60             % mx, my
-   -7.90  -11.25
-    0.200   0.500      dx, dy
-    1    1                                     IBASE, IPLAN
-  0.001015  0.0  0.0004215    % B1, B2, B3
-  0.0  0.0  0.0               B4, B5, B6
-"""
+FIRST, WHEEL, SHIFT = ((FOLDER.parent / "decks" / f"{name}.inp").read_text() for name in ("ellipse", "wheel", "shift"))
+"""Input files with values to be filled in: Hertz's ellipse in steady rolling, wheels on rails, shifts."""
 SECOND = """
  3  MODULE
   203110     P-B-T-N-F-S
@@ -48,22 +31,6 @@ SECOND = """
 """
 GRID = [Override.parse("numerics.grid=32")]
 END = "\n 0  MODULE\n"
-WHEEL = """ 1  MODULE
- {side}203000   C-P-B-T-N-F-S
- 0022033   V-L-D-C-M-Z-E
- 0000321   H-G-I-A-O-W-R
-   999   100    30      1     1e-5
-   0.300    0.300
-   0.280    0.280    82000.   82000.
-   0.2  0.2  1.0  90d  8.0  4.0
-   14.0   0   1435.0   0.0
-  '{folder}/{rail}'  0  1.000  0.0
-     0.0      0.0    0.0      0.0  0.0  0.0
-  1360.0    -70.0    460.0
-  '{folder}/MBench_S1002_v3.prw'   0  1.000  0.0
-  0.0  {y}  {z}  {roll}  {yaw}  0.0
- 2000. 0.0  0.0  0.0   0.0   {omega}
-"""
 
 
 def deck_of(folder: Path, text: str, name: str = "deck.inp") -> Path:
@@ -123,19 +90,6 @@ def test_long_bodies_are_line_contacts_of_their_length(tmp_path: Path, area: str
     assert step.case.settings.history.length_mm == pytest.approx(20.0) and step.case.settings.history.begin == "pressed"
 
 
-SHIFT = """ 3  MODULE
-  {digits}     P-B-T-N-F-S
-  022020     L-D-C-M-Z-E
- 0000141   H-G-I-A-O-W-R
-   999   100    30      1     1d-7
-  {load}   {slip}     0.0     {spin}          FN, FX, CETA, CPHI
-   0.4       0.4
-{rolling}   0.280       0.280       1.000       1.000
-    1
-   34   33   -4.125    -4.125    0.250   0.250
-    1    1
-  0.002963  0.0  0.002963  {b4}  {b5}  {b6}
-"""
 BEFORE = SHIFT.format(digits="201110", load="0.4705", slip="-0.657", spin="0.0", rolling="", b4=0.0, b5=0.0, b6=0.0)
 
 

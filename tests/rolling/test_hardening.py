@@ -93,24 +93,13 @@ def test_lengths_are_a_scale() -> None:
 
 
 CARTER = """
-[material]
-youngs_modulus_GPa = 209.92
-poisson_ratio = 0.28
-[geometry]
-lower_radius_x_mm = inf
-upper_radius_x_mm = 500.0
-[load]
-normal_N_mm = 178.9
-friction_coefficient = 0.5
-[rolling]
-speed_m_s = 30.0
-[creepage]
-longitudinal = 0.0004
-[layer]
-yield_MPa = 35.0
-hardening_MPa_um = {}
-[numerics]
-grid = 64
+material = {{youngs_modulus_GPa = 209.92, poisson_ratio = 0.28}}
+geometry = {{lower_radius_x_mm = inf, upper_radius_x_mm = 500.0}}
+load = {{normal_N_mm = 178.9, friction_coefficient = 0.5}}
+rolling.speed_m_s = 30.0
+creepage.longitudinal = 0.0004
+layer = {{yield_MPa = 35.0, hardening_MPa_um = {}}}
+numerics.grid = 64
 """
 
 
@@ -152,12 +141,12 @@ def test_over_time_a_steady_state_stays_and_is_reached() -> None:
 
 
 BALL = CARTER.replace("normal_N_mm = 178.9", "normal_N = 2000.0").replace("grid = 64", "grid = 16").replace(
-    "upper_radius_x_mm = 500.0", "upper_radius_x_mm = 500.0\nlower_radius_y_mm = inf\nupper_radius_y_mm = 500.0").format(123.0)
+    "upper_radius_x_mm = 500.0", "upper_radius_x_mm = 500.0, lower_radius_y_mm = inf, upper_radius_y_mm = 500.0").format(123.0)
 
 
 def test_a_state_in_a_file_knows_how_far_it_has_hardened(tmp_path: Path) -> None:
     """Without rolling two cases of one step are one of two: what has hardened counts in the second."""
-    still = BALL.replace("speed_m_s = 30.0", "speed_m_s = 0.0").replace("[creepage]\nlongitudinal = 0.0004", "")
+    still = BALL.replace("speed_m_s = 30.0", "speed_m_s = 0.0").replace("creepage.longitudinal = 0.0004", "")
 
     def shifted(shifts: str, begin: str, steps: int) -> str:
         return (f'{still}\n[history]\ntime_s = [0, 1]\nsteps = {steps}\nbegin = "{begin}"\n'

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from scripts.stress.populations import POPULATIONS
+from tests.support.command_line import THERMAL
 from tests.support.errors import relative
 from tests.support.profiles import CROWN, GEOMETRIES, below
 from tests.support.sampling import sampled
@@ -142,25 +143,4 @@ def test_heat_that_parts_the_bodies_is_no_fault():
     assert not result.converged and "no steady state was found" in result.reason
 
 
-STATIONARY = """
-[material]
-youngs_modulus_GPa = 210.0
-poisson_ratio = 0.3
-conductivity_W_mK = 50.0
-expansion_um_mK = 11.7
-diffusivity_mm2_s = 12.0
-[geometry]
-lower_radius_x_mm = 20.0
-lower_radius_y_mm = 20.0
-upper_radius_x_mm = 20.0
-upper_radius_y_mm = 20.0
-[load]
-approach_um = 3.0
-friction_coefficient = 0.3
-[rolling]
-speed_m_s = 1.0
-[creepage]
-longitudinal = 0.001
-[thermal]
-peclet = "stationary"
-"""
+STATIONARY = THERMAL.replace("normal_N = 65.0", "approach_um = 3.0") + '[thermal]\npeclet = "stationary"\n'

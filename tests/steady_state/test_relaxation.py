@@ -271,25 +271,12 @@ def test_doubts_are_said() -> None:
 
 
 CASE = """
-[material.lower]
-youngs_modulus_GPa = 210.0
-poisson_ratio = 0.3
-[material.upper]
-youngs_modulus_GPa = 2.4
-poisson_ratio = 0.38
-relaxation = [[0.30, 1e-4], [0.25, 1e-3], [0.20, 1e-2]]
-[geometry]
-lower_radius_x_mm = inf
-lower_radius_y_mm = inf
-upper_radius_x_mm = 50.0
-upper_radius_y_mm = 200.0
-[load]
-normal_N = 500.0
-friction_coefficient = 0.3
-[rolling]
-speed_m_s = 2.0
-[numerics]
-grid = 16
+geometry = {lower_radius_x_mm = inf, lower_radius_y_mm = inf, upper_radius_x_mm = 50.0, upper_radius_y_mm = 200.0}
+load = {normal_N = 500.0, friction_coefficient = 0.3}
+rolling.speed_m_s = 2.0
+numerics.grid = 16
+material.lower = {youngs_modulus_GPa = 210.0, poisson_ratio = 0.3}
+material.upper = {youngs_modulus_GPa = 2.4, poisson_ratio = 0.38, relaxation = [[0.30, 1e-4], [0.25, 1e-3], [0.20, 1e-2]]}
 """
 
 

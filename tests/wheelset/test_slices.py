@@ -13,6 +13,7 @@ import pytest
 
 from scripts.stress.tracks import check, random_track
 from tests.support.command_line import call
+from tests.support.documents import ROOT
 from thermoroll_cli import Case, CaseError, Result, conicity, solve, wear
 from thermoroll_cli.files.profile_file import read_slices
 from thermoroll_cli.many_contacts.wheelset.first_contact import facts_of, touching
@@ -207,17 +208,7 @@ def test_rounded_slices_are_told_and_counted(history: dict[str, Any] | None) -> 
         assert 0.5 < each.error / (1e-6 / math.sqrt(12.0)) < 1.01
 
 
-SLCS = """% a nose
-  5.0  2.0   U_OFFSET, U_SCALE
-  2          NSLC
-  3 1 0      NFEAT, NKINK, NACCEL
-  1          U_INTPOL
-  0.0 'a.csv'
- 10.0 "b.csv"
-  2          P_KINK
-  0.0  0.0 30.0 -1
- 10.0  0.0 30.0 60.5
-"""
+SLCS = (ROOT / "tests" / "reference" / "synthetic_profiles" / "nose.slcs").read_text()
 
 
 def test_files_of_slices_are_read_shown_and_kept_in_the_case(tmp_path: Path) -> None:
