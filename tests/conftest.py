@@ -56,14 +56,8 @@ def process_state() -> dict[str, object]:
     variables = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
     handlers = {number: signal.getsignal(number) for number in signal.valid_signals()}
     timers = [signal.getitimer(timer) for timer in (signal.ITIMER_REAL, signal.ITIMER_PROF)]
-    return {
-        "folder": os.getcwd(),
-        "users": users,
-        "environment": variables,
-        "signals": handlers,
-        "timers": timers,
-        "umask": mask,
-    }
+    return {"folder": os.getcwd(), "users": users, "environment": variables, "signals": handlers, "timers": timers,
+            "umask": mask}
 
 
 @pytest.fixture(autouse=True)

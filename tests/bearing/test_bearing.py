@@ -346,17 +346,6 @@ def test_balls_in_a_deep_groove_roll_as_heathcote_says() -> None:
 
 
 @pytest.mark.slow
-def test_torques_from_heat_and_from_forces_agree_where_creepages_are_large() -> None:
-    """A slow bearing with wide contacts and dry friction: surfaces differ by 1.4 % in their speed."""
-    result = solve(case(
-        bearing__ball_diameter_mm=6.0, bearing__pitch_diameter_mm=41.6, bearing__balls=3, bearing__conformity_inner=0.5174,
-        bearing__contact_angle_deg=20.0, bearing__inner_rpm=20.0, bearing__load__axial_N=400.0, numerics__grid=48,
-        load__friction_coefficient=0.2))
-    assert result.converged, result.reason
-    assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=5e-4)
-
-
-@pytest.mark.slow
 def test_the_moment_of_the_pressure_is_in_the_balance_of_ceramic_balls() -> None:
     """Balls on steel rings, fast: heat and forces agree where the pressure, which is not symmetric, acts on the balls."""
     content = case(bearing__ball_diameter_mm=9.525, bearing__pitch_diameter_mm=46.0, bearing__balls=12,

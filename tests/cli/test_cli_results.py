@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,8 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, call
-from thermoroll_cli.files.result.outcome import read_result, write_result
+from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.plots import style as plot_style
 
@@ -40,9 +38,11 @@ def test_plot_prints_what_it_wrote(results: Path, tmp_path: Path) -> None:
 
 def test_plot_writes_beside_the_result(results: Path, tmp_path: Path) -> None:
     (tmp_path / "a.h5").write_bytes((results / "a.h5").read_bytes())
-    done = call("plot", "a.h5", "--normalised", "-q", cwd=tmp_path)
+    done = call("plot", "a.h5", "--normalised", "-q", "--dpi", 100, painted=True, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (0, "")
     assert len(list(tmp_path.glob("a_*.png"))) >= 3
+    with Image.open(tmp_path / "a_pressure.png") as image:
+        assert image.width == pytest.approx(90 / 25.4 * 100, abs=1)
 
 
 def test_plot_tells_which_pictures_show_another_result(results: Path, tmp_path: Path) -> None:
@@ -92,21 +92,6 @@ def test_several_formats_are_written_by_one_command(results: Path, tmp_path: Pat
     done = call("export", results / "a.h5", "--format", "xdmf", "--format", "csv", "--format", "csv", "-o", tmp_path)
     names = ("a.xdmf", "a_points.hdf5", "a.csv")
     assert (done.returncode, done.stdout.split()) == (0, [str(tmp_path / name) for name in names])
-
-
-@pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("result") / "r.h5"
-    write_result(path, synthetic.result((24, 24)))
-    return path
-
-
-def test_pictures_are_chosen_and_sized(result: Path, tmp_path: Path) -> None:
-    done = call("plot", result, "-o", tmp_path, "--fields", "pressure,gap", "--dpi", 100)
-    assert done.returncode == 0, done.stderr
-    assert sorted(os.listdir(tmp_path)) == ["r_gap.png", "r_pressure.png"]
-    with Image.open(tmp_path / "r_pressure.png") as image:
-        assert image.width == pytest.approx(180 / 25.4 * 100, abs=1)
 
 
 def test_sweeps_are_drawn_again_from_either_table(tmp_path: Path) -> None:

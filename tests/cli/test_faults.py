@@ -114,10 +114,8 @@ def test_no_room_for_other_files(folder: Path) -> None:
     assert call(*QUICK, cwd=folder).returncode == 0
     before = (folder / "results" / "case.h5").read_bytes()
     for arguments in (
-        ["plot", "results/case.h5", "--fields", "pressure"],
-        ["export", "results/case.h5", "--format", "csv"],
-        ["init", "new.toml"],
-    ):
+        ["plot", "results/case.h5", "--fields", "pressure"], ["export", "results/case.h5", "--format", "csv"],
+        ["init", "new.toml"]):
         done = limited(folder, 512, *arguments)
         assert (done.returncode, done.stdout) == (5, ""), arguments
         assert "cannot write" in done.stderr
@@ -216,13 +214,9 @@ def test_a_result_cut_anywhere(folder: Path) -> None:
     for share in (0.0, 0.1, 0.999):
         (folder / "cut.h5").write_bytes(whole[: int(share * len(whole))])
         for arguments in (
-            ["plot", "cut.h5"],
-            ["plot", "foreign.h5"],
-            ["compare", "results/case.h5", "cut.h5"],
-            ["compare", "foreign.h5", "results/case.h5"],
-            ["export", "cut.h5", "--format", "xdmf"],
-            ["run", "--from", "cut.h5"],
-        ):
+            ["plot", "cut.h5"], ["plot", "foreign.h5"], ["compare", "results/case.h5", "cut.h5"],
+            ["compare", "foreign.h5", "results/case.h5"], ["export", "cut.h5", "--format", "xdmf"],
+            ["run", "--from", "cut.h5"]):
             done = call(*arguments, cwd=folder, painted=True)
             assert (done.returncode, done.stdout) == (5, ""), (share, arguments)
             assert ".h5" in done.stderr and "Traceback" not in done.stderr and "bug" not in done.stderr

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.support.command_line import MECHANICAL, call
+from tests.support.command_line import MECHANICAL
 from tests.support.scenes import reference
 from thermoroll_cli import Case, solve
 from thermoroll_cli.files.case_source import Override
@@ -51,9 +50,3 @@ def test_measured_creep_forces_of_a_locomotive() -> None:
     model = np.interp(points[:, 0], creepages, forces)
     assert np.sqrt(np.mean((points[:, 1] - model) ** 2)) <= 0.030
     assert forces == pytest.approx(measured["ours"]["Fx_over_W"][::2], abs=4e-4)
-
-
-def test_run_reports_friction(tmp_path: Path) -> None:
-    done = call("run", EUROSPRINTER, "--set", "numerics.grid=32", "--no-plots", "--json", "-o", tmp_path)
-    summary = json.loads(done.stdout)
-    assert 0.14 < summary["friction_mean"] < 0.33 and summary["falling_friction_criterion"] > 0.0

@@ -94,10 +94,8 @@ def test_units(content: dict[str, Any]) -> None:
         given_material = content["material"].get(body, content["material"])
         assert material.youngs_modulus == pytest.approx(given_material["youngs_modulus_GPa"] * 1e9, rel=1e-15)
         for name, key, unit in (
-            ("conductivity", "conductivity_W_mK", 1.0),
-            ("expansion", "expansion_um_mK", 1e-6),
-            ("diffusivity", "diffusivity_mm2_s", 1e-6),
-        ):
+            ("conductivity", "conductivity_W_mK", 1.0), ("expansion", "expansion_um_mK", 1e-6),
+            ("diffusivity", "diffusivity_mm2_s", 1e-6)):
             value = given_material.get(key)
             assert getattr(material, name) == (None if value is None else pytest.approx(value * unit, rel=1e-15))
         for axis in "xy":

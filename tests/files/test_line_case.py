@@ -22,11 +22,8 @@ from thermoroll_cli.problem.scalar_errors import meaning_in
 GEARS: dict[str, Any] = {
     "material": {"youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3},
     "geometry": {"lower_radius_x_mm": 10.0, "upper_radius_x_mm": 15.0},
-    "load": {"normal_N_mm": 12.5, "friction_coefficient": 0.06},
-    "rolling": {"speed_m_s": 3.0},
-    "creepage": {"longitudinal": 0.0002},
-    "numerics": {"grid": 32},
-}
+    "load": {"normal_N_mm": 12.5, "friction_coefficient": 0.06}, "rolling": {"speed_m_s": 3.0},
+    "creepage": {"longitudinal": 0.0002}, "numerics": {"grid": 32}}
 
 
 def gears(**tables: dict[str, Any]) -> dict[str, Any]:
@@ -84,10 +81,8 @@ def test_run_writes_files_and_pictures(case: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("command", "code", "words"), [
     ("export out/gears.h5 --format xdmf", 5, "a line contact has no surface"),
-    ("plot out/gears.h5 --cut-y 0.1", 2, "the same at every y"),
-    ("wear gears.toml", 3, "wear"),
-    ("conicity gears.toml", 3, "geometry"),
-])
+    ("plot out/gears.h5 --cut-y 0.1", 2, "the same at every y"), ("wear gears.toml", 3, "wear"),
+    ("conicity gears.toml", 3, "geometry")])
 def test_commands_that_need_another_contact(command: str, code: int, words: str, case: Path, tmp_path: Path) -> None:
     assert call("run", case, "-o", tmp_path / "out", "--no-plots").returncode == 0
     done = call(*command.split(), cwd=tmp_path)

@@ -181,13 +181,9 @@ def test_what_is_left_out_is_named(tmp_path: Path, change: tuple[str, str], reas
 
 
 @pytest.mark.parametrize(("text", "line", "message"), [
-    (FIRST.format(chi="0.0"), 18, "ends where"),
-    (FIRST.format(chi="0.0")[:600], None, "ends where"),
-    (FIRST.format(chi="0.0").replace("82000. ", "stiff "), 11, "GG1"),
-    (" 7 MODULE\n", 1, "module 7"),
-    (" 3 MODULE\n 99999999\n", 2, "no control digits"),
-    ("", 1, "ends where"),
-])  # fmt: skip
+    (FIRST.format(chi="0.0"), 18, "ends where"), (FIRST.format(chi="0.0")[:600], None, "ends where"),
+    (FIRST.format(chi="0.0").replace("82000. ", "stiff "), 11, "GG1"), (" 7 MODULE\n", 1, "module 7"),
+    (" 3 MODULE\n 99999999\n", 2, "no control digits"), ("", 1, "ends where")])  # fmt: skip
 def test_broken_files_are_refused_with_their_line(tmp_path: Path, text: str, line: int | None, message: str) -> None:
     path = deck_of(tmp_path, text)
     with pytest.raises(CaseError, match=message) as caught:
@@ -201,15 +197,8 @@ def wheel_deck(name: str, **more: object) -> str:
     given = case_named(name)
     i = given["input"]
     values = {
-        "side": int(i["side"] == "right"),
-        "folder": str(FOLDER.parents[2] / "cases"),
-        "rail": "MBench_UIC60_v3.prr",
-        "y": i["y"],
-        "z": given["contact"]["z_ws_mm"],
-        "roll": i["roll"],
-        "yaw": i["yaw"],
-        "omega": i["omega"],
-    }
+        "side": int(i["side"] == "right"), "folder": str(FOLDER.parents[2] / "cases"), "rail": "MBench_UIC60_v3.prr",
+        "y": i["y"], "z": given["contact"]["z_ws_mm"], "roll": i["roll"], "yaw": i["yaw"], "omega": i["omega"]}
     return WHEEL.format(**(values | more)) + END
 
 

@@ -22,42 +22,24 @@ PACKAGE = Path(thermoroll_cli.__file__).parent
 ROOT = PACKAGE.parent
 
 PACKAGES = (
-    {"tools"},
-    {"problem", "physics.numerics"},
-    {"exact"},
-    {"physics.halfspace"},
+    {"tools"}, {"problem", "physics.numerics"}, {"exact"}, {"physics.halfspace"},
     {"physics.contact", "physics.rolling", "physics.heat", "physics.stress"},
-    {"one_contact.steady_state"},
-    {"one_contact.refinement"},
-    {"many_contacts.wheelset", "many_contacts.bearing"},
-    {"many_contacts.history"},
-    {"files", "plots"},
-    {"kinds"},
-    {"python_api", "peer"},
-    {"studies.sweeps"},
-    {"studies.creep_table", "studies.worn"},
-    {"cli"},
-    {"", "__main__"},
-)
+    {"one_contact.steady_state"}, {"one_contact.refinement"},
+    {"many_contacts.wheelset", "many_contacts.bearing"}, {"many_contacts.history"},
+    {"files", "plots"}, {"kinds"}, {"python_api", "peer"},
+    {"studies.sweeps"}, {"studies.creep_table", "studies.worn"}, {"cli"}, {"", "__main__"},
+)  # fmt: skip
 """Packages of thermoroll_cli from the bottom up. One imports only from itself and from those below it: packages of one row do
 not know each other. Modules at the root count as packages of their own; "" is thermoroll_cli itself."""
 
 RANK = {package: rank for rank, row in enumerate(PACKAGES) for package in row}
 
 FOREIGN: dict[str, set[str]] = {
-    "pydantic": {"files"},
-    "pydantic_core": {"files"},
-    "tomllib": {"files"},
-    "tomli_w": {"files"},
-    "h5py": {"files", "studies.sweeps", "studies.creep_table", "studies.worn"},
-    "typer": {"cli"},
-    "matplotlib": {"plots"},
-    "pyfftw": {"physics.numerics", "files"},
-    "distributed": {"tools"},
-    "filelock": {"tools"},
-    "jinja2": {"cli"},
+    "pydantic": {"files"}, "pydantic_core": {"files"}, "tomllib": {"files"}, "tomli_w": {"files"}, "filelock": {"tools"},
+    "h5py": {"files", "studies.sweeps", "studies.creep_table", "studies.worn"}, "typer": {"cli"}, "jinja2": {"cli"},
+    "matplotlib": {"plots"}, "pyfftw": {"physics.numerics", "files"}, "distributed": {"tools"},
     "SurfaceTopography": {"files"},
-}
+}  # fmt: skip
 """Libraries that belong to certain layers: solvers know nothing of TOML, HDF5 or terminals, the command line nothing
 of FFTs."""
 

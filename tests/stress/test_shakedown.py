@@ -87,15 +87,6 @@ def test_largest_over_depth_finds_the_top_of_a_parabola_and_leaves_the_surface_o
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("friction", "expected"), [(0.3, 3.315)])
-def test_shakedown_limit_of_circular_contacts(friction: float, expected: float) -> None:
-    """Closer than tests/exact/ has it on a coarser grid."""
-    result = solve(strong_circle(friction))
-    below = result.subsurface.scalars["shakedown_k_below_lower_MPa"]
-    assert result.of_problem["hertz_p0_MPa"] / below == pytest.approx(expected, rel=7e-4)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.2])
 def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
     """Against quadratures of Boussinesq's and Cerruti's stresses. Their histories end at the border of a domain, which matters

@@ -180,18 +180,6 @@ def test_xdmf_shows_both_bodies(full: Path, tmp_path: Path) -> None:
     assert edges.prod(axis=1).sum() == pytest.approx(whole.prod(), rel=1e-9)
 
 
-@pytest.mark.slow
-def test_comparison(full: Path, tmp_path: Path) -> None:
-    """Equal to itself; other layers and less fields are differences, and another load is one of the scalars."""
-    assert call("compare", full, full).returncode == 0
-    case = written(tmp_path, THERMAL + TABLE.format('"von_mises"'))
-    assert call("run", case, "-o", tmp_path, "--no-plots", "-q").returncode == 0
-    done = call("compare", full, tmp_path / "spheres.h5")
-    assert done.returncode == 6
-    assert "subsurface.lower.stress_xx" in done.stdout
-    assert "subsurface.lower.von_mises" not in done.stdout
-
-
 def test_pictures(full: Path, tmp_path: Path) -> None:
     """One for each body, from the file as from the result; none where nothing was asked for."""
     result = read_result(full)

@@ -58,15 +58,8 @@ def thermoroll(
 ) -> subprocess.CompletedProcess[str]:
     """Run the command with `arguments`; variables in `env` are set, or removed where None. A trace is never right."""
     done = subprocess.run(
-        [*COMMAND, *map(str, arguments)],
-        cwd=cwd,
-        input=stdin,
-        env=environment(env or {}),
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        timeout=PATIENCE,
-    )
+        [*COMMAND, *map(str, arguments)], cwd=cwd, input=stdin, env=environment(env or {}), capture_output=True, text=True,
+        encoding="utf-8", timeout=PATIENCE)
     assert "Traceback" not in done.stderr
     return done
 
@@ -130,12 +123,8 @@ def on_terminal(arguments: list[str], cwd: Path, **variables: str) -> str:
     """What the command shows on a terminal."""
     controller, terminal = pty.openpty()
     process = subprocess.Popen(
-        [*COMMAND, *arguments],
-        cwd=cwd,
-        stdout=terminal,
-        stderr=terminal,
-        env=environment({"TERM": "xterm", "NO_COLOR": None, **variables}),
-    )
+        [*COMMAND, *arguments], cwd=cwd, stdout=terminal, stderr=terminal,
+        env=environment({"TERM": "xterm", "NO_COLOR": None, **variables}))
     os.close(terminal)
     shown = b""
     while True:

@@ -39,19 +39,10 @@ def on_grid(problem: Problem, grid: int | tuple[int, int], extent: float = 2.2) 
 
 
 def rolling(
-    *,
-    grid: int | tuple[int, int] = 64,
-    geometry: Geometry | None = None,
-    body: Material = STEEL,
-    load: float = 65.0,
-    friction: float = 0.3,
-    creepage: tuple[float | None, float | None] = (0.0, 0.0),
-    spin: float = 0.0,
-    force: tuple[float | None, float | None] = (None, None),
-    speed: float = 1.0,
-    heating: Heating = MECHANICAL,
-    extent: float = 2.2,
-    differential_slip: bool = False,
+    *, grid: int | tuple[int, int] = 64, geometry: Geometry | None = None, body: Material = STEEL, load: float = 65.0,
+    friction: float = 0.3, creepage: tuple[float | None, float | None] = (0.0, 0.0), spin: float = 0.0,
+    force: tuple[float | None, float | None] = (None, None), speed: float = 1.0, heating: Heating = MECHANICAL,
+    extent: float = 2.2, differential_slip: bool = False,
 ) -> Problem:
     """Two equal bodies (spheres of 30 mm unless told otherwise), mechanical unless `heating` is given; without differential
     slip, as in all references but those that say so."""

@@ -37,11 +37,9 @@ def two_bumps(y: np.ndarray) -> np.ndarray:
 
 CROWN = Profile(length=0.01, drop=1e-6)
 GEOMETRIES = {
-    "a1_crowned_roller_normal": below(CROWN, 0.01),
-    "a3_crowned_roller_xi_0.0007": below(CROWN, 0.01),
+    "a1_crowned_roller_normal": below(CROWN, 0.01), "a3_crowned_roller_xi_0.0007": below(CROWN, 0.01),
     "b_asymmetric_c3_2e-4": below(points(egg, -6.0, 6.0), 0.3),
-    "c_two_patches": below(points(two_bumps, -9.0, 9.0, 181), 0.3),
-}
+    "c_two_patches": below(points(two_bumps, -9.0, 9.0, 181), 0.3)}
 
 
 def solved_by_contact(name: str, grid: int | tuple[int, int]) -> Problem:

@@ -70,14 +70,10 @@ def reference_problem(case: str, grid: int | tuple[int, int]) -> Problem:
     """One of the seven rolling cases of contact_rolling.json and rolling_fine.json."""
     given = reference("rolling_fine")["cases"][case]["input"]
     return rolling(
-        grid=grid,
-        geometry=spheres(given["radius_mm"] * 1e-3),
-        body=elastic(given["poisson_ratio"], given["youngs_modulus_GPa"] * 1e9),
-        load=given["normal_N"],
-        friction=given["friction_coefficient"],
-        creepage=(given["creepage_longitudinal"], given["creepage_lateral"]),
-        spin=given["spin_rad_mm"] * 1e3,
-    )
+        grid=grid, geometry=spheres(given["radius_mm"] * 1e-3),
+        body=elastic(given["poisson_ratio"], given["youngs_modulus_GPa"] * 1e9), load=given["normal_N"],
+        friction=given["friction_coefficient"], creepage=(given["creepage_longitudinal"], given["creepage_lateral"]),
+        spin=given["spin_rad_mm"] * 1e3)
 
 
 def order(sizes: np.ndarray | list[float], errors: np.ndarray | list[float]) -> float:
@@ -123,14 +119,9 @@ class Dimensionless:
         limit = problem.traction_limit
         mean_radius = math.sqrt(result.of_problem["hertz_a_mm"] * result.of_problem["hertz_b_mm"])
         return cls(
-            s["force_x_N"] / limit,
-            s["force_y_N"] / limit,
-            s["spin_moment_Nmm"] / (limit * mean_radius),
-            s["Q_F_W"] / (limit * problem.motion.speed),
-            s["gamma_st"],
-            s["power_balance_error"],
-            result.work["levels"][-1]["applications"],
-        )
+            s["force_x_N"] / limit, s["force_y_N"] / limit, s["spin_moment_Nmm"] / (limit * mean_radius),
+            s["Q_F_W"] / (limit * problem.motion.speed), s["gamma_st"], s["power_balance_error"],
+            result.work["levels"][-1]["applications"])
 
 
 @cache

@@ -19,32 +19,16 @@ RADIUS, LOAD, FRICTION, SPEED, CREEPAGE = 0.030, 65.0, 0.3, 200.0, 0.003
 def problem(*, aspect: float = 1.0, heat: bool = True, deformation: bool = True, title: str = "Synthetic") -> Problem:
     sphere = RADIUS * aspect
     return Problem(
-        lower=STEEL,
-        upper=STEEL,
-        geometry=Geometry(RADIUS, sphere, RADIUS, sphere),
-        normal_force=LOAD,
-        friction=Friction(FRICTION),
-        motion=Motion(SPEED, CREEPAGE, 0.0, 0.0),
-        heating=Heating(heat=heat, deformation=deformation, peclet="stationary"),
-        numerics=Numerics(grid=(64, 64)),
-        title=title,
-    )
+        lower=STEEL, upper=STEEL, geometry=Geometry(RADIUS, sphere, RADIUS, sphere), normal_force=LOAD,
+        friction=Friction(FRICTION), motion=Motion(SPEED, CREEPAGE, 0.0, 0.0),
+        heating=Heating(heat=heat, deformation=deformation, peclet="stationary"), numerics=Numerics(grid=(64, 64)),
+        title=title)
 
 
 def result(
-    shape: tuple[int, int] = (64, 64),
-    *,
-    aspect: float = 1.0,
-    size: float = 1.0,
-    extent: float = 2.2,
-    angle: float = 0.0,
-    slip_share: float = 0.4,
-    heat: bool = True,
-    deformation: bool = True,
-    tangential: bool = True,
-    upper_heating: float = 1.0,
-    title: str = "Synthetic",
-    converged: bool = True,
+    shape: tuple[int, int] = (64, 64), *, aspect: float = 1.0, size: float = 1.0, extent: float = 2.2, angle: float = 0.0,
+    slip_share: float = 0.4, heat: bool = True, deformation: bool = True, tangential: bool = True, upper_heating: float = 1.0,
+    title: str = "Synthetic", converged: bool = True,
 ) -> Result:
     """A result on `shape` elements. `aspect` is b0/a0, `size` scales lengths, `angle` turns the creepage,
     `slip_share` is the slip length over 2 a0 on y = 0, `upper_heating` the upper temperature over the lower one."""
@@ -87,17 +71,11 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
     radial = np.hypot(u / (shrink * a0), yy / (shrink * b0))
     fields = {
         "covered": _share(x, y, lambda u, v: (u - shift * a0) ** 2 + (v * a0 / b0) ** 2 < (shrink * a0) ** 2),
-        "pressure": pressure,
-        "displacement_elastic": a0 * 1e-3 * (1 - 0.5 * np.minimum(radial, 1.0) ** 2),
-        "gap": 1e-3 * a0 * np.maximum(0.0, radial - 1) ** 1.5,
-    }
+        "pressure": pressure, "displacement_elastic": a0 * 1e-3 * (1 - 0.5 * np.minimum(radial, 1.0) ** 2),
+        "gap": 1e-3 * a0 * np.maximum(0.0, radial - 1) ** 1.5}
     scalars = {
-        "gamma_c": shrink**2,
-        "gamma_p": float(pressure.max() / p0),
-        "pressure_max_MPa": float(pressure.max() * 1e-6),
-        "contact_area_mm2": math.pi * a0 * b0 * shrink**2 * 1e6,
-        "approach_um": 1.234,
-    }
+        "gamma_c": shrink**2, "gamma_p": float(pressure.max() / p0), "pressure_max_MPa": float(pressure.max() * 1e-6),
+        "contact_area_mm2": math.pi * a0 * b0 * shrink**2 * 1e6, "approach_um": 1.234}
     if not tangential:
         fields["state"] = np.where(contact, 1, 0)
         fields["stick_share"] = fields["covered"]
@@ -115,17 +93,11 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
     fields |= {"slip_y": speed * sine, "state": np.where(stick, 1, np.where(contact, 2, 0))}
     area = (x[1] - x[0]) * (y[1] - y[0])
     scalars |= {
-        "gamma_st": float(stick.sum() / max(1, contact.sum())),
-        "stick_area_mm2": float(stick.sum() * area * 1e6),
-        "force_x_N": float(fields["shear_x"].sum() * area),
-        "force_y_N": float(fields["shear_y"].sum() * area),
+        "gamma_st": float(stick.sum() / max(1, contact.sum())), "stick_area_mm2": float(stick.sum() * area * 1e6),
+        "force_x_N": float(fields["shear_x"].sum() * area), "force_y_N": float(fields["shear_y"].sum() * area),
         "spin_moment_Nmm": float(1e3 * np.sum(xx * fields["shear_y"] - yy * fields["shear_x"]) * area),
-        "creepage_longitudinal": CREEPAGE * cosine,
-        "creepage_lateral": CREEPAGE * sine,
-        "creepage_spin_rad_mm": 0.0,
-        "shear_max_MPa": float(traction.max() * 1e-6),
-        "power_balance_error": 3.1e-5,
-    }
+        "creepage_longitudinal": CREEPAGE * cosine, "creepage_lateral": CREEPAGE * sine, "creepage_spin_rad_mm": 0.0,
+        "shear_max_MPa": float(traction.max() * 1e-6), "power_balance_error": 3.1e-5}
     if not heat:
         return State(fields, scalars, x, y)
     flux = traction * speed
@@ -135,12 +107,10 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
     fields |= {"heat_flux": flux, "temperature_rise_lower": lower, "temperature_rise_upper": lower * upper_heating}
     fields["displacement_thermal"] = 1e-9 * lower
     scalars |= {
-        "Q_F_W": float(flux.sum() * area),
-        "heat_flux_max_W_mm2": float(flux.max() * 1e-6),
+        "Q_F_W": float(flux.sum() * area), "heat_flux_max_W_mm2": float(flux.max() * 1e-6),
         "temperature_rise_max_lower_K": float(lower.max()),
         "temperature_rise_max_upper_K": float(lower.max() * upper_heating),
-        "thermal_displacement_max_um": float(1e-3 * lower.max()),
-    }
+        "thermal_displacement_max_um": float(1e-3 * lower.max())}
     return State(fields, scalars, x, y)
 
 

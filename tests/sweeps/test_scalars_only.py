@@ -83,15 +83,6 @@ def test_what_cannot_be_resumed(case: Path, tmp_path: Path) -> None:
     assert journal.read_bytes() == b"nonsense\n"
 
 
-def test_another_case_in_the_same_folder_leaves_the_old_points(case: Path, serial: Path, tmp_path: Path) -> None:
-    copied(serial, tmp_path)
-    few = ("--over", f"{KEYS[0]}=0.0005,0.0016", *SWEEP[4:])
-    done = call("sweep", case, *few, "--set", "load.normal_N=70", "-o", tmp_path, "--resume")
-    assert done.returncode == 0 and "finished already" not in done.stderr
-    call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
-    assert (tmp_path / "sweep.csv").read_bytes() == (serial / "sweep.csv").read_bytes()
-
-
 def test_points_that_fail_become_rows_and_invalid_ones_stop_it(case: Path, tmp_path: Path) -> None:
     force = ("--over", "force.longitudinal_N=10,19,25", "--set", "numerics.grid=8", "--scalars-only", "--no-plots")
     done = call("sweep", case, *force, "-o", tmp_path)

@@ -230,16 +230,6 @@ def test_errors_cover_shorter_steps() -> None:
         assert 0.0 < apart < coarse[-1][f"uncertainty.{name}"] < 0.2 * coarse[-1][name]
 
 
-@pytest.mark.slow
-def test_a_position_that_has_failed_is_solved_again(whole: Path, tmp_path: Path) -> None:
-    """What failed for want of memory, or with an older version, is no fate of the evolution."""
-    first, *records = (whole / "results" / "m_wear.jsonl").read_text().splitlines(keepends=True)
-    failed = [{"key": "0/2", "reason": "killed", "solved": False}, json.loads(records[2]) | {"solved": False}]
-    (tmp_path / "all").mkdir()
-    again = resumed(whole, tmp_path, [first, records[0], *(json.dumps(record) + "\n" for record in failed)])
-    assert again.converged and again.rows == resumed(whole, tmp_path / "all").rows
-
-
 def test_a_failed_step_goes_on_with_another_grid(whole: Path, tmp_path: Path) -> None:
     """Positions that are solved stay as they are, and each step says how fine its grids were."""
     first, *records = (whole / "results" / "m_wear.jsonl").read_text().splitlines(keepends=True)

@@ -325,18 +325,6 @@ def test_the_command_resumes_as_if_undisturbed(tmp_path: Path) -> None:
         assert file["wear/steps/distance_km"].shape == (len(rows),)
 
 
-def test_a_worn_profile_is_read_by_a_case(tmp_path: Path) -> None:
-    settings = ("--set", "numerics.grid=16", "--set", "wear.depth_um=4", "-q")
-    done = call("wear", CASE, "-o", tmp_path, "--json", *settings)
-    summary = json.loads(done.stdout)
-    assert summary["status"] == "converged" and (tmp_path / "twin_disc_wear_wear.png").exists()
-    text = CASE.read_text().replace("upper_radius_y_mm = 200.0", "").split("[wear]")[0]
-    text += '\n[numerics]\ngrid = 16\n[geometry.upper_profile]\nfile = "twin_disc_wear_worn_upper.csv"\n'
-    (tmp_path / "worn.toml").write_text(text)
-    again = call("run", tmp_path / "worn.toml", "-o", tmp_path, "--json", "--no-plots", "-q")
-    assert json.loads(again.stdout)["pressure_max_MPa"] == pytest.approx(summary["pressure_max_MPa"], rel=2e-3)
-
-
 def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> None:
     """What is worn off where the bodies touch is missing in the approach, so that the load falls. The worn case has the load of
     the last step, heights of a profile have no zero, and an evolution that asks for more than the approach ends."""
