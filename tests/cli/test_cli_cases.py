@@ -97,6 +97,8 @@ def test_init_writes_the_cases_of_the_documents_with_their_files(tmp_path: Path)
     assert call("init", "mine.toml", "--example", "wheel_rail", cwd=tmp_path).returncode == 0
     assert (tmp_path / "mine.toml").read_text() == (EXAMPLES / "wheel_rail.toml").read_text()
     assert call("init", "-", "--example", "table1").stdout == (EXAMPLES / "table1.toml").read_text()
+    for both in (("--example", "table1", "--template", "roller"), ("--examples", "mine.toml")):
+        assert call("init", *both, cwd=tmp_path).returncode == 2
     unknown = call("init", "--example", "nothing", cwd=tmp_path)
     assert unknown.returncode == 2 and "--examples lists them" in unknown.stderr
     listed = call("init", "--examples", cwd=tmp_path).stdout.splitlines()

@@ -77,6 +77,8 @@ def test_results_of_other_programs_lack_a_scale() -> None:
     """JSON writes nan as null, older files have no friction limit."""
     assert math.isnan(error_scale("force_x_N", {"force_x_N": 1e-3}))
     assert math.isnan(error_scale("Q_F_W", {"Q_F_W": None}))
+    ring = {"axial_displacement_um": 4.0, "radial_displacement_um": 1e-14, "radial_displacement_across_um": 3.0}
+    assert {error_scale(name, ring) for name in ring} == {5.0}, "of an axial load the others are rounding errors"
 
 
 @pytest.mark.parametrize(("grid", "allowed"), [(64, 1e-4), pytest.param(128, 2e-5, marks=pytest.mark.slow)])

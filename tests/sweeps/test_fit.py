@@ -182,7 +182,7 @@ def test_keys_that_a_law_needs_may_be_free(tmp_path, monkeypatch):
     limit = "friction.limit_coefficient"
     assert invoke("fit", "rig.toml", "curve.csv", "--free", KEYS[0]).returncode == 3
     done = invoke("fit", "rig.toml", "curve.csv", "--free", f"{limit}=0.1:0.4", "--no-plots")
-    assert done.returncode == 0 and "2 points, 1 degrees of freedom" in done.stdout, done.stderr
+    assert done.returncode == 0 and "2 points, 1 degree of freedom" in done.stdout, done.stderr
     record = json.loads(Path("results/rig_fit.json").read_text())
     assert record["parameters"][limit]["value"] == pytest.approx(0.3, rel=1e-3)
 

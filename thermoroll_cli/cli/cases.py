@@ -48,7 +48,7 @@ def validate(
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Check cases and report all their errors.
 
@@ -88,17 +88,21 @@ def init(
     file: Annotated[Path | None, typer.Argument(
         metavar="[FILE]", show_default=False,
         help="Case file to write, by default case.toml, of an example cases/NAME.toml; - is standard output.")] = None,
-    template: Annotated[Template, typer.Option("--template", metavar="NAME", help=_OFFERED, show_default=False)] = _FIRST,
+    template: Annotated[Template | None, typer.Option("--template", metavar="NAME", help=_OFFERED, show_default=False)] = None,
     example: Annotated[str, typer.Option(
         "--example", metavar="NAME", show_default=False, autocompletion=_examples,
         help="A case of the documents, cases/NAME.toml, with the files that it reads.")] = "",
     examples: Annotated[bool, typer.Option("--examples", help="List the cases of the documents, with their titles.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Write a case with comments, to be edited."""
     names = _examples()
+    if template and example:
+        raise typer.BadParameter("--template is another case to start from", param_hint="--example")
+    if examples and (file or template or example):
+        raise typer.BadParameter("lists cases, and writes none", param_hint="--examples")
     if examples:
         titles = (Case.read(EXAMPLES / f"{name}.toml").settings.title for name in names)
         streams.write(*align([*zip(names, titles, strict=True)]))
@@ -107,7 +111,7 @@ def init(
         near = difflib.get_close_matches(example, names, 1)
         advice = f"did you mean {near[0]}?" if near else "--examples lists them"
         raise typer.BadParameter(f"no case is called {example}; {advice}", param_hint="--example")
-    text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8") if example else template_text(template.value)
+    text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8") if example else template_text((template or _FIRST).value)
     file = file or Path(f"cases/{example}.toml" if example else "case.toml")
     if str(file) == "-":
         streams.write(text.rstrip("\n"))

@@ -15,7 +15,7 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.many_contacts.wheelset.conicity import NUMBERS, Conicity
 from thermoroll_cli.python_api import conicity as conicity_of
-from thermoroll_cli.studies.sweeps.points import Axis
+from thermoroll_cli.studies.sweeps.points import parse_values
 
 if TYPE_CHECKING:
     from thermoroll_cli.cli.report import Section
@@ -38,7 +38,7 @@ def conicity(
     dpi: options.Dpi = None,
     report: options.Report = False,
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Equivalent conicity after EN 15302 of the wheelset of a case, from profiles and gauge alone: nothing is loaded.
 
@@ -47,7 +47,7 @@ def conicity(
     semi-axes, for vehicle programs) and the picture DIR/NAME_conicity.png.
     """
     with options.usage("--amplitude"):
-        amplitudes = Axis.parse(f"amplitude={amplitude}").values
+        amplitudes = parse_values(amplitude)
     with options.recorded(case, as_json):
         read = options.read_case(case, options.parse_overrides(settings))
         with options.usage("--amplitude"), options.solvable(read, str(case)):

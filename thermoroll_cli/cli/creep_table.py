@@ -34,7 +34,7 @@ from thermoroll_cli.studies.creep_table.table_file import (
     write_csv,
     write_table,
 )
-from thermoroll_cli.studies.sweeps.points import Axis
+from thermoroll_cli.studies.sweeps.points import parse_values
 from thermoroll_cli.tools.arrays import Array
 from thermoroll_cli.tools.journal import ALTERNATIVES
 from thermoroll_cli.tools.runner import Workers
@@ -90,7 +90,7 @@ def build(
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the table as CSV, too.")] = None,
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Build a table of creep forces.
 
@@ -220,6 +220,8 @@ def query(
             raise ValueError(f"{_option(key)} belongs to no law" if law is None else f"{_option(key)} is none of --law {law}")
         if law is not None:
             falling, rolling = _falling(law, constants, at_rest), _given("--speed-m-s", speed)
+        elif speed is not None:
+            raise ValueError("--speed-m-s belongs to no law")
         given = _values(longitudinal, "--longitudinal"), _values(lateral, "--lateral"), _values(spin, "--spin-rad-mm")
         xi, eta, phi = (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*given, indexing="ij"))
         forces = table.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=stiffness * 1e9,
@@ -288,7 +290,7 @@ def _falling(law: FormulaName, given: Mapping[str, float | None], at_rest: float
 
 def _values(text: str, hint: str) -> tuple[float, ...]:
     with options.usage(hint):
-        axis = Axis.parse(f"{hint.lstrip('-')}={text}")
-        if not axis.numeric:
+        values = parse_values(text)
+        if any(isinstance(value, bool | str) for value in values):
             raise ValueError(f'"{text}" is not a number')
-        return tuple(float(value) for value in axis.values)
+        return tuple(map(float, values))

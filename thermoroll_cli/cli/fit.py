@@ -48,7 +48,7 @@ def fit(
     dpi: options.Dpi = None,
     written_report: options.Report = False,
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Find values of a case from measurements: least squares, with 95 % intervals.
 
@@ -68,7 +68,7 @@ def fit(
     options.check_writable(output)
 
     def report(count: int) -> None:
-        if verbose or not quiet:
+        if not quiet:
             streams.note(f"thermoroll: {read.name}: {count} cases solved")
 
     with options.read_data(data, as_json), options.recorded(case, as_json):
@@ -119,7 +119,8 @@ class Fitted(Outcome):
         state = "converged" if found.converged else "NOT CONVERGED"
         if doubtful := [f"{key} {one.doubt}" for key, one in found.parameters.items() if one.doubt]:
             state += f" ({', '.join(doubtful)})"
-        return [f"{self.name}: fit {state}, {len(found.measured)} points, {found.degrees_of_freedom} degrees of freedom",
+        free = found.degrees_of_freedom
+        return [f"{self.name}: fit {state}, {len(found.measured)} points, {free} degree{'s' * (free != 1)} of freedom",
                 *align([("value", "± 95 %", ""), *_values(found)])]
 
 

@@ -80,7 +80,8 @@ def a_number(value: float | None) -> float | None:
 
 Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
 Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")]
-Over = Annotated[str, typer.Option("--x", metavar="COLUMN", help="Sweeps: the axis of the picture, a swept key or a label.")]
+Over = Annotated[str, typer.Option("--x", metavar="COLUMN", help="The axis of the picture: a swept key or a label; over time "
+                                   "also distance_mm, time_s or a key that varies.")]
 Columns = Annotated[str, typer.Option("--columns", metavar="A,B", help="Sweeps: scalars printed first, and drawn alone.")]
 Limits = Annotated[
     list[str] | None,
@@ -94,6 +95,8 @@ DaskWait = Annotated[
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Errors only.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="More of everything; the trace of a bug.")]
+Trace = Annotated[bool, typer.Option("--verbose", "-v", help="The trace of a bug.")]
+"""The same of commands that have no more to say; `streams` looks for it."""
 Formats = Annotated[
     list[ImageFormat] | None, typer.Option("--format", help="File type of the pictures; png if not given. Repeatable.")
 ]
@@ -105,7 +108,7 @@ Compare = Annotated[
     str, typer.Option("--compare", metavar="A,B", help="Sweeps: creep forces of linear, fastsim or polach beside ours.")
 ]
 Data = Annotated[
-    Path | None, typer.Option("--measured", metavar="DATA.csv", help="Sweeps: measured points in the picture, as of fit.")
+    Path | None, typer.Option("--measured", metavar="DATA.csv", help="Measured points in the picture, as of fit.")
 ]
 Report = Annotated[bool, typer.Option("--report", help="Also one HTML file with everything, to be sent: NAME_report.html, of a "
                                      "sweep sweep_report.html, NAME_wear_report.html and so on.")]

@@ -110,7 +110,7 @@ def report(
         Path | None, typer.Option("--output", "-o", metavar="FILE.html", help="File to write; see below for the default.")
     ] = None,
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Write results as one HTML file, to be sent, read and printed.
 

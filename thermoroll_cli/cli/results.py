@@ -16,7 +16,7 @@ from thermoroll_cli.cli.tables import folded, with_remarks
 from thermoroll_cli.files.result.compare import compare as compared
 from thermoroll_cli.files.result.export import export_csv, export_stress_path, export_vtu, export_xdmf
 from thermoroll_cli.files.result.outcome import read_result, read_tree
-from thermoroll_cli.problem.names import PLACES
+from thermoroll_cli.problem.names import PLACES, check_scalar, known_as
 from thermoroll_cli.problem.result import Result
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def plot(
                           help="A sweep or a contact over time as a GIF, with a frame for each value of this key.")
     ] = "",
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Draw the pictures of results and sweeps again."""
     from thermoroll_cli.files.table_file import history_beside, read_stored
@@ -100,6 +100,9 @@ def plot(
                     raise ValueError("a single result does not move: --animate takes sweep.csv or NAME_history.h5")
                 written, names = [_animated(path, stem, result, animate)], []
             elif isinstance(result, Result):
+                if result.assembly and not fields and (normalised or cut_y is not None):
+                    raise ValueError("--cut-y and --normalised are of the pictures of contacts, which --fields asks for here: "
+                                     "--fields centreline")
                 written = draw(result, stem, kinds=options.words(fields), formats=endings, dpi=dpi,
                                normalised=normalised, cut_y=None if cut_y is None else cut_y / 1e3)  # fmt: skip
                 names = [f"{stem.name}_{kind}" for kind in kinds_of(result)]
@@ -109,6 +112,11 @@ def plot(
                         history, picture := stem.with_name(f"{names[-1]}.{ending}"), dpi=dpi, only=options.words(columns))]
             else:
                 written, names = [stem.with_name(f"{stem.name}.{ending}") for ending in endings], [stem.name]
+                for name in options.words(columns):
+                    if known_as(name, result) not in result:
+                        check_scalar(name)
+                for doubt in result.lacks(options.words(columns)):
+                    streams.note(f"thermoroll: {path}: {doubt}")
                 for picture in written:
                     if why_not := draw_table(result, picture, compare=options.words(theories), dpi=dpi, measured=measured,
                                              x=over_x, only=options.words(columns)):
@@ -215,7 +223,7 @@ def export(
     ] = None,
     output: Folder = None,
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Export a result to XDMF, VTU or CSV.
 

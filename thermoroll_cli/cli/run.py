@@ -23,7 +23,7 @@ from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
 from thermoroll_cli.one_contact.refinement.plan import COARSEST
 from thermoroll_cli.problem.limits import Limit, not_there, states_of
-from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, unit_of
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars, row_of
 from thermoroll_cli.python_api import Solver
@@ -235,6 +235,9 @@ class Solved(Outcome):
         # A reason says already why a state on one grid alone has none.
         without = result.converged and not result.assembly and all(map(math.isnan, result.uncertainty.values()))
         head = folded(f"{self.name}{title}: {status}" + (f", grid {grid}" if grid else ""), width, indent="")
+        if (states := result.history) is not None:
+            place, unit = states.place, unit_of(states.place)
+            head += folded(f"the last of {states.count} states, after {states[place][-1]:g} {unit}", width)
         return [
             *(head if result.converged else streams.in_colour(head, streams.RED)),
             *scalar_table(row, single, both=both, width=width), *align(sides), *align(patches),

@@ -35,7 +35,7 @@ def show(
     case: options.OneCase,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
-    verbose: options.Verbose = False,
+    verbose: options.Trace = False,
 ) -> None:
     """Show what a case means and what would run.
 

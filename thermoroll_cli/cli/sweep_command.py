@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from thermoroll_cli.exact.kalker import THEORIES
 from thermoroll_cli.files.case import CaseError, Override, case_name, shown
 from thermoroll_cli.files.table_file import read_table
 from thermoroll_cli.problem.limits import Limit, not_there
-from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT
+from thermoroll_cli.problem.names import check_scalar
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.studies.sweeps.measured import Measured
 from thermoroll_cli.studies.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Base, Points, parse_axes, read_points
@@ -85,10 +84,9 @@ def sweep(
     if unknown := next((name for name in theories if name not in THEORIES), None):
         raise typer.BadParameter(f"there are {', '.join(THEORIES)}, not {unknown!r}", param_hint="--compare")
     kept, only = options.parse_limits(limits), options.words(columns)
-    if unknown := next((name for name in only if name not in (*ALL_SCALARS, *OVER_LIMIT)), None):
-        near = difflib.get_close_matches(unknown, (*OVER_LIMIT, *ALL_SCALARS), 1)
-        raise typer.BadParameter(f"no scalar is called {unknown}" + (f"; did you mean {near[0]}?" if near else ""),
-                                 param_hint="--columns")
+    with options.usage("--columns"):
+        for name in only:
+            check_scalar(name)
     axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
     with options.usage("--measured"):
         measured = None if data is None else Measured.read(data)
@@ -151,6 +149,7 @@ class Swept(Outcome):
                            f"{self.sweep.folder / TABLE_NAME}")
         if not self.as_json:
             self.warnings = list(warnings_by_kind((row.name, row.summary["warnings"]) for row in self.rows))
+        self.warnings = [*self.warnings, *(columns_of(self.rows, self.title).lacks(self.only) if self.only else ())]
         if files := len({row.file for row in self.rows if row.file is not None}):
             self.also = f" and {files} result file{'s' if files != 1 else ''}"
 

@@ -65,9 +65,10 @@ def sweep_figure(
     many values are drawn as maps. What differs visibly between the bodies is drawn of both. Columns with the prefix
     `isothermal.` are dashed where they differ visibly. Points whose `status` is not "converged" are left out and marked. The
     axis is logarithmic where the values are spaced so. Quantities that do not change or were not computed get no diagram. Creep
-    forces stand beside those of the theories to `compare` with. Columns that are named are drawn `only`, a diagram each.
+    forces stand beside those of the theories to `compare` with. Columns that are named are drawn `only`, a diagram each, those
+    without a number left out.
 
-    Raises ValueError: nothing swept, a column missing, an unknown theory, or a table that lacks what it needs.
+    Raises ValueError: nothing swept, an unknown theory, or a table that lacks what it needs, or all that is to be drawn.
     """
     if not over or any(name not in table for name in over):
         raise ValueError(f"a sweep figure needs the swept quantities as columns, got {list(over)}")
@@ -81,9 +82,9 @@ def sweep_figure(
     scalars = rows_of(good)
     diagrams = [(label, _of_bodies(good, names)) for label, names in DIAGRAMS.items() if _worth_drawing(scalars, names, over)]
     if only:
-        if missing := next((name for name in only if not np.isfinite(good.get(name, np.empty(0))).any()), None):
-            raise ValueError(f"{missing} was not computed at any point")
-        diagrams = [(_label_of(name), {"": name}) for name in only]
+        diagrams = [(_label_of(name), {"": name}) for name in only if np.isfinite(good.get(name, np.empty(0))).any()]
+        if not diagrams:
+            raise ValueError(f"{', '.join(only)}: not computed at any point")
     counts = [np.unique(column[np.isfinite(column)]).size for column in (good[name] for name in over)]
     # Two quantities of five values or more each, and a point for most pairs.
     maps = len(over) == 2 and min(counts) >= 5 and x.size >= 0.8 * counts[0] * counts[1]

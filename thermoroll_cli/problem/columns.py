@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from thermoroll_cli import optional
-from thermoroll_cli.problem.names import PLACES, column_of
+from thermoroll_cli.problem.names import PLACES, column_of, known_as
 from thermoroll_cli.tools.arrays import AnyArray
 
 if TYPE_CHECKING:
@@ -60,6 +61,12 @@ class Columns(Mapping[str, Sequence[Any]]):
     def count(self) -> int:
         """Number of states."""
         return len(next(iter(self.columns.values())))
+
+    def lacks(self, names: Sequence[str]) -> list[str]:
+        """For each of the `names` of which no state that converged has a number, a warning."""
+        return [f"{name} was not computed at any point" for name in names
+                if not any(status == CONVERGED and isinstance(value, int | float) and math.isfinite(value)
+                           for status, value in zip(self["status"], self.get(known_as(name, self), ()), strict=False))]
 
     @property
     def of_history(self) -> bool:

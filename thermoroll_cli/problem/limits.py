@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import operator
 import re
@@ -10,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT, UNCERTAINTY, known_as, over_limit
+from thermoroll_cli.problem.names import UNCERTAINTY, check_scalar, known_as, over_limit
 from thermoroll_cli.problem.scalar_errors import computed, row_of, with_error
 
 RELATIONS: dict[str, Callable[[float, float], bool]] = {
@@ -37,11 +36,8 @@ class Limit:
             bound = math.nan
         if parts is None or math.isnan(bound):
             raise ValueError(f'"{text}" is not of the form SCALAR<VALUE, with <, <=, > or >=')
-        scalar, names = parts[1], [*ALL_SCALARS, *OVER_LIMIT]
-        if scalar.removeprefix(UNCERTAINTY) not in names:
-            near = difflib.get_close_matches(scalar.removeprefix(UNCERTAINTY), names, n=1)
-            raise ValueError(f'"{text}": no scalar is called {scalar}' + (f"; did you mean {near[0]}?" if near else ""))
-        return cls(text.replace(" ", ""), scalar, parts[2], bound)
+        check_scalar(parts[1].removeprefix(UNCERTAINTY), f'"{text}": ')
+        return cls(text.replace(" ", ""), parts[1], parts[2], bound)
 
     def judged(self, states: Sequence[Mapping[str, Any]]) -> Judged | None:
         """The limit held against the worst of the `states`, rows with the columns of a summary; None where no state has the

@@ -6,6 +6,7 @@ are in SI units.
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -17,7 +18,7 @@ from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.tools.arrays import Array
 
 Scale = Literal["value", "share", "stick area", "force", "moment", "temperature", "creepage", "spin", "mismatch",
-                "stress below", "place below", "resultant", "vertical", "approach"]  # fmt: skip
+                "stress below", "place below", "resultant", "vertical", "approach", "displacement"]  # fmt: skip
 """Scales of the errors and differences of scalars: see `error_scale`."""
 
 Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "first order", "area", "relative area",
@@ -478,11 +479,11 @@ WHEELSET_SCALARS = _named(
 """Scalars of a wheelset besides `TOGETHER` and `power_balance_error`."""
 
 BEARING_SCALARS = _named(
-    Scalar("axial_displacement_um", "axial displacement of the inner ring, from the middle", listed=True,
+    Scalar("axial_displacement_um", "axial displacement of the inner ring, from the middle", "displacement", listed=True,
            diagram="axial displacement (µm)"),
-    Scalar("radial_displacement_um", "displacement of the inner ring towards ball 1", listed=True,
+    Scalar("radial_displacement_um", "displacement of the inner ring towards ball 1", "displacement", listed=True,
            diagram="radial displacement (µm)"),
-    Scalar("radial_displacement_across_um", "displacement of the inner ring across the radial load"),
+    Scalar("radial_displacement_across_um", "displacement of the inner ring across the radial load", "displacement"),
     Scalar("tilt_mrad", "tilt of the inner ring, which presses ball 1 axially", listed=True, diagram="tilt (mrad)"),
     Scalar("tilt_across_mrad", "tilt of the inner ring about the radial load"),
     Scalar("cage_speed_rad_s", "speed of the cage, mean of the balls", listed=True, diagram="speed of the cage (rad/s)"),
@@ -624,6 +625,14 @@ WEAR_COLUMNS = {
 
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column of a table → scalar in N."""
+
+
+def check_scalar(name: str, said: str = "") -> None:
+    """Raises ValueError where no scalar is called `name`: names the one that is meant, and quotes what was `said`."""
+    names = (*OVER_LIMIT, *ALL_SCALARS)
+    if name not in names:
+        near = difflib.get_close_matches(name, names, 1)
+        raise ValueError(f"{said}no scalar is called {name}" + (f"; did you mean {near[0]}?" if near else ""))
 
 
 def over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:

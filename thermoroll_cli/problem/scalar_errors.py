@@ -45,6 +45,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | temperatures and their rises | the largest temperature difference of the problem: rises and bulk temperatures |
     | `creepage_longitudinal`, `creepage_lateral`, where found | the magnitude of the creepage, spin counted at sqrt(a0 b0) |
     | `contact_force_y_N`, `contact_force_z_N` | their resultant |
+    | `axial_displacement_um`, `radial_displacement_*um` | their resultant |
     | `track_force_*_N`; `height_mm` | the vertical force on the track; the largest approach |
     | `gamma_st`, `power_balance_error`, `lateral_over_vertical_*`; `stick_area_mm2` | 1 (absolute); the contact area |
     | `roll_mrad`, `rolling_radius_difference_mm` | 1 (absolute) |
@@ -72,6 +73,8 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
             return _number(summary, "approach_max_um") * 1e-3
         case "resultant":
             return math.hypot(_number(summary, "contact_force_y_N"), _number(summary, "contact_force_z_N"))
+        case "displacement":
+            return math.hypot(*(_number(summary, name) for name in ALL_SCALARS if ALL_SCALARS[name].scale == "displacement"))
         case "stick area":
             return _number(summary, "contact_area_mm2")
         case "stress below":

@@ -42,7 +42,7 @@ MOST_POINTS = 100_000
 MOST_ROWS = 2_000_000
 """The same where points get no files of their own."""
 
-FORMS = "KEY=START:STOP:COUNT, KEY=START:STOP:COUNT:log or KEY=v1,v2,…"
+FORMS = "START:STOP:COUNT, START:STOP:COUNT:log or v1,v2,…"
 
 DEFORMATION, MOST_EXTREMES = ("thermal", "deformation"), 64
 """The key that is decided once for all points; how many of them are looked at for it."""
@@ -65,11 +65,8 @@ class Axis:
         """The axis that `text` describes. Raises ValueError with what is wrong."""
         key, equals, written = (part.strip() for part in text.partition("="))
         if not (key and equals and written):
-            raise ValueError(f'"{text}" is not of the form {FORMS}')
-        values = _range(text, written.split(":")) if ":" in written else tuple(_value(text, v) for v in written.split(","))
-        if len(set(values)) < len(values):
-            raise ValueError(f'"{text}" has the same value more than once')
-        return cls(key, values)
+            raise ValueError(f'"{text}" is not of the form KEY=VALUES, with {FORMS}')
+        return cls(key, parse_values(written, text))
 
     @property
     def path(self) -> tuple[str | int, ...]:
@@ -78,6 +75,15 @@ class Axis:
     @property
     def numeric(self) -> bool:
         return not any(isinstance(value, bool | str) for value in self.values)
+
+
+def parse_values(written: str, text: str = "") -> tuple[Value, ...]:
+    """The values of a range or list that is `written` within `text`, or alone. Raises ValueError with what is wrong."""
+    text = text or written
+    values = _range(text, written.split(":")) if ":" in written else tuple(_value(text, v) for v in written.split(","))
+    if len(set(values)) < len(values):
+        raise ValueError(f'"{text}" has the same value more than once')
+    return values
 
 
 def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...]:
@@ -112,8 +118,8 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
         if label and (not key or "." in key or key in (*ALL_SCALARS, *OVER_LIMIT, *TEXTS, "point")):
             raise ValueError(f"{path}: a label cannot be called {key or 'nothing'}: choose a name that no other column has")
         if not label and not entry_at(key_path(key)) and "." not in key:
-            near = f"did you mean {meant(key)}? " if meant(key) else ""
-            raise ValueError(f"{path}: the column {key} is no key of a case; {near}A label of the points, which is only "
+            near = f"; did you mean {meant(key)}?" if meant(key) else "."
+            raise ValueError(f"{path}: the column {key} is no key of a case{near} A label of the points, which is only "
                              f"written to the table, begins with #: #{key}")
     seen, rows = dict[tuple[Value, ...], int](), list[tuple[Value, ...]]()
     for number, cells in lines:
@@ -137,7 +143,7 @@ def _check_keys(keys: Sequence[str]) -> None:
 def _range(text: str, parts: list[str]) -> tuple[Value, ...]:
     logarithmic = len(parts) == 4 and parts[3].strip() == "log"
     if len(parts) != 3 and not logarithmic:
-        raise ValueError(f'"{text}" is not of the form {FORMS}')
+        raise ValueError(f'"{text}" does not give values as {FORMS}')
     start, stop = _number(text, parts[0]), _number(text, parts[1])
     count = int(parts[2]) if parts[2].strip().isdecimal() else 0
     if not 2 <= count <= MOST_POINTS:

@@ -70,14 +70,14 @@ def draw_table(
         if any(name.endswith(".y_rail_mm") for name in columns) and len(over) == 1:
             style.save(wheelset_sweep_figure(columns, over[0], table.title), path, dpi)
             return ""
-        shown = only
+        shown: Sequence[str] = [known_as(name, columns) for name in only]
         if measured is not None:
             if over[0] not in measured.varied:
                 raise ValueError(f"{measured.source} has no column {over[0]}, over which the sweep is drawn")
             name = known_as("normal_N", columns)
             measured = measured.in_newtons([load for load, status in zip(columns[name], columns["status"], strict=True)
                                             if status == CONVERGED], name)  # fmt: skip
-            shown = [*dict.fromkeys((*only, *measured.values))] if only else only
+            shown = [*dict.fromkeys((*shown, *measured.values))] if only else ()
         figure = sweep_figure(columns, over, title=table.title, compare=compare, only=shown)
         if measured is not None:
             if missing := mark_measured(figure, measured.varied[over[0]], measured.values, measured.deviations):
