@@ -41,7 +41,8 @@ FORCE = "force.longitudinal_N_mm"
 
 
 def over_time(course: Course, motion: Motion, grid: int = 32, **others: object) -> Result:
-    return HistorySolver().solve(History(replace(ROLLS, motion=motion, numerics=Numerics((grid, 1)), **others), course))
+    settings = {"numerics": Numerics((grid, 1)), **others}
+    return HistorySolver().solve(History(replace(ROLLS, motion=motion, **settings), course))
 
 
 def test_displacements_are_those_in_the_middle_of_the_length() -> None:
@@ -75,6 +76,18 @@ def test_heat_of_slip_that_no_element_shows_is_not_nothing() -> None:
     for name in ("heat_J_mm", "Q_F_W_mm"):
         assert 1e-3 * fine["work_J_mm"] > fine[name] > 3e2 * abs(coarse[name])
         assert fine[name] < coarse.uncertainty[name] < 0.05 * fine["work_J_mm"]
+
+
+def test_powers_at_rest_are_compared_over_the_same_time() -> None:
+    """A force that is there at once, falls and turns. The mean power since the row before is another one with every second row;
+    where all elements stick, what slips unseen is bounded by what more elements show."""
+    course = Course((0.0, 1.0, 2.0), {FORCE: (-0.2e-3 * LIMIT, 0.0, 0.15e-3 * LIMIT)}, steps=6, begin="pressed")
+    rests, fine = Motion(0.0, None, 0.0), np.array(over_time(course, Motion(0.0, None, 0.0), 512).history["Q_F_W_mm"])
+    for result, widest in ((over_time(course, rests, 128), 0.05),
+                           (over_time(course, rests, numerics=Numerics(accuracy=0.05, grid=None)), 0.05)):
+        power, errors = (np.array(result.history[prefix + "Q_F_W_mm"]) for prefix in ("", "uncertainty."))
+        assert result.converged
+        assert (abs(power - fine) <= errors).all() and errors.max() <= widest * fine.max()
 
 
 @pytest.fixture(scope="module")

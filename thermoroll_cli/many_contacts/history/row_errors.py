@@ -49,6 +49,9 @@ MIDDLE = 0.25
 """Least error of the pressure in the middle over that of the largest one: on 10 and 20 elements it may be the same."""
 OF_HEAT = 0.25
 """Least error of the heat over the energy that is missing (0: 99.5 % of lines covered as well, but where it jumps)."""
+OF_PATH = 1.0 / 3.0
+"""Largest share of force times shift that slip along an unseen border rubs away over that border's share of the contact: 0.03
+to 0.05 at a constant load, however large the force (Mindlin and Deresiewicz), and more where loads change."""
 OF_TRACTIONS = ("force_x_N", "force_y_N", "spin_moment_Nmm", "shear_max_MPa", "elastic_energy_J", "Q_F_W", "T_gamma_N",
                 "T_gamma_without_spin_N", "heat_flux_max_W_mm2", "gamma_st")  # fmt: skip
 """What is known exactly where there are no tractions."""
@@ -64,7 +67,8 @@ Errors = dict[str, Array]
 @dataclass(frozen=True)
 class ReportedMoment(When):
     """A state of a history as tables have it: scalars, the `applications` since the row before, whether all steps since then
-    were solved, the longest of them (`step`, m), and with its fields the `state`. A share of the contact may stick `unseen`."""
+    were solved, the longest of them (`step`, m), and with its fields the `state`. A share of the contact may stick `unseen`. If
+    nothing rolls its powers are means `since` the place of the row before."""
 
     scalars: Mapping[str, float]
     applications: int
@@ -72,6 +76,7 @@ class ReportedMoment(When):
     state: State | None = None
     step: float = 0.0
     unseen: float = 0.0
+    since: float | None = None
 
 
 def over_rows(places: Array, known: Array, difference: Array, alike: Array | None = None) -> Array:
@@ -91,15 +96,15 @@ def unseen_pressure(problem: Problem, surfaces: Iterable[Heights | None], sides:
 
 
 def errors_of_rows(
-    history: History, rows: Sequence[ReportedMoment], ways: Sequence[Sequence[Pair]], sides: tuple[float, float],
+    history: History, rows: Sequence[ReportedMoment], ways: Mapping[str, Sequence[Pair]], sides: tuple[float, float],
     interpolated: float = 0.0
 ) -> Errors:
     """Estimated errors of the scalars of all `rows` on elements of the `sides` (m), from what finer and coarser rows differ by
-    in all `ways`, of elements and of steps. The first state has lost the share `interpolated` of its force between two
+    in all `ways`: "elements", "steps", or "both". The first state has lost the share `interpolated` of its force between two
     grids."""
-    compared, found = _Compared(history, rows, ways, sides, interpolated), Errors()
-    for rule in RULES:
-        for name, error in rule(compared):
+    compared, found = _Compared(history, rows, [*ways.values()], sides, interpolated), Errors()
+    for rule, of in RULES.items():
+        for name, error in rule(compared) if of in ("both", *ways) or "both" in ways else ():
             found[name] = np.maximum(found[name], error) if name in found else error
     return compared.bounded(found)
 
@@ -179,8 +184,24 @@ class _Compared:
     def of_pairs(self, name: str) -> list[Array]:
         """A column at the rows `both`, of all pairs of each way, (pairs, 2, rows)."""
         places = [self.rows[i].place for i in self.both]
-        return [np.array([[[part[place].scalars[name] for place in places] for part in pair] for pair in way])
+        return [np.array([[self._of_part(name, part, pair[-1], places) for part in pair] for pair in way])
                 for way in self._by_place]
+
+    def _of_part(
+        self, name: str, part: Mapping[float, ReportedMoment], coarser: Mapping[float, ReportedMoment], places: Sequence[float]
+    ) -> list[float]:
+        """A column of one `part` of a pair at `places`. Powers that are means are those since the row before of the `coarser`
+        one: means over other times are other quantities."""
+        column, heat = [part[place].scalars[name] for place in places], self.named("heat_J")
+        share = self.history.problem.heating.partition
+        into = {} if share == "matched" else {"heat_into_lower_W": share, "heat_into_upper_W": 1.0 - share}
+        own = {self.named(each): of_body for each, of_body in {"Q_F_W": 1.0, **into}.items()}.get(name)
+        for k, row in enumerate(part[place] for place in places if own is not None):
+            since = coarser[row.place].since
+            if own is not None and since is not None and not math.isnan(column[k]):
+                before = part[since]
+                column[k] = own * (row.scalars[heat] - before.scalars[heat]) / (row.time - before.time)
+        return column
 
     def difference(self, name: str) -> Array:
         """What a column differs by at the rows `both`, in all ways together. That two agree may be an accident: of those before
@@ -321,7 +342,7 @@ def _of_balance(rows: _Compared) -> Iterator[tuple[str, Array]]:
 
 def _of_unseen_slip(rows: _Compared) -> Iterator[tuple[str, Array]]:
     """Where nothing rolls and all elements stick, a border that slips unseen rubs away a share of the largest force times the
-    shift: that which slips in Cattaneo's line contact, and no more than an element."""
+    shift: `OF_PATH` of that which slips in Cattaneo's line contact, and no more than an element."""
     stuck = rows.still & (rows["gamma_st"] >= 1.0)
     if not (rows.both and stuck[1:].any()):
         return
@@ -329,7 +350,7 @@ def _of_unseen_slip(rows: _Compared) -> Iterator[tuple[str, Array]]:
     carried = np.minimum(1.0, most / np.maximum(rows.limit, np.finfo(float).tiny))
     share = np.minimum(rows.dx / rows.half, 1.0 - np.sqrt(1.0 - carried))
     path = 1e-6 * np.hypot(*(np.diff(rows[name], prepend=rows[name][0]) for name in ("shift_x_um", "shift_y_um")))
-    rubbed = np.where(stuck, share * most * path, 0.0)
+    rubbed = np.where(stuck, OF_PATH * share * most * path, 0.0)
     lasted = np.diff([row.time for row in rows.rows], prepend=rows.rows[0].time)
     yield rows.named("heat_J"), np.cumsum(rubbed)
     yield rows.named("Q_F_W"), rubbed / np.where(lasted > 0.0, lasted, math.inf)
@@ -389,9 +410,11 @@ def _of_middle(rows: _Compared) -> Iterator[tuple[str, Array]]:
         yield "pressure_centre_MPa", MIDDLE * (rows.differences["pressure_max_MPa"] + rows.unseen_pressure)
 
 
-RULES: tuple[Callable[[_Compared], Iterator[tuple[str, Array]]], ...] = (
-    _of_difference, _of_interpolation, _of_border, _of_balance, _of_unseen_slip, _of_unseen_stick, _of_narrow_slip, _of_heights,
-    _of_long_steps, _of_middle)
+RULES: Mapping[Callable[[_Compared], Iterator[tuple[str, Array]]], str] = {
+    _of_difference: "both", _of_interpolation: "both", _of_border: "elements", _of_balance: "steps",
+    _of_unseen_slip: "elements", _of_unseen_stick: "elements", _of_narrow_slip: "elements", _of_heights: "elements",
+    _of_long_steps: "steps", _of_middle: "both"}
+"""Rules, and of what the error is: an error of elements is none that shorter steps would better."""
 
 
 def scalars_of_problem(problem: Problem) -> dict[str, float]:

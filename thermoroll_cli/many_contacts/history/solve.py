@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -223,24 +223,24 @@ class _Level:
     def add(self, moment: Moment) -> None:
         """The end of a step, which is a row where the course has one."""
         self._step = max(self._step, 0.0 if self._last is None else moment.distance - self._last.distance)
-        is_row = moment.place in self.history.course.rows
+        is_row, before = moment.place in self.history.course.rows, self._row
+        at_rest = before is not None and before.time < moment.time and before.distance == moment.distance
         if is_row:
-            moment = self._row = self._with_means(moment)
+            moment = self._row = self._with_means(before, moment) if before is not None and at_rest else moment
         self._last, self._work, self._solved = moment, self._work + moment.applications, self._solved and moment.converged
         if is_row:
             reported = _reported(moment)
             scalars = {**reported.scalars, **self._below(moment)}
             self.rows.append(ReportedMoment(moment.place, moment.time, moment.distance, scalars, self._work, self._solved,
                                  reported if moment.place in self.history.course.places_of_fields else None, self._step,
-                                 unseen_stick(moment.here, moment.state.contact, scalars["gamma_st"])))
+                                 unseen_stick(moment.here, moment.state.contact, scalars["gamma_st"]),
+                                 before.place if before is not None and at_rest else None))
             self._work, self._solved, self._step = 0, True, 0.0
 
-    def _with_means(self, moment: Moment) -> Moment:
-        """A row whose powers, where nothing has rolled since the row before, are the means since then: those of single steps
+    def _with_means(self, before: Moment, moment: Moment) -> Moment:
+        """A row whose powers, as nothing has rolled since the row `before`, are the means since then: those of single steps
         would be other quantities with other steps, as where a shift turns back and all sticks for a while."""
-        before, reported = self._row, moment.reported
-        if before is None or before.time >= moment.time or before.distance != moment.distance:
-            return moment
+        reported = moment.reported
         power = (reported.scalars["heat_J"] - before.reported.scalars["heat_J"]) / (moment.time - before.time)
         share, powers = self.history.problem.heating.partition, {"Q_F_W": power}
         if share != "matched" and not math.isnan(reported.scalars["heat_into_lower_W"]):
@@ -268,7 +268,7 @@ class _Level:
             f"the state to begin with is interpolated from another grid: {100 * self.interpolated:.2g} % of its force was lost "
             "on the way and put back, and counts in the errors; take its grid and numerics.extent"]
         # No grid betters these errors: they do not count for the accuracy.
-        errors = with_rounding(self.history, self.rows, self._errors(self.pairs.values()))
+        errors = with_rounding(self.history, self.rows, self._errors(self.pairs))
         return _result(self.history, self.rows, self._last, errors, [*self.warnings, *lost])
 
     def missed(self, way: str = "") -> dict[str, float]:
@@ -276,16 +276,16 @@ class _Level:
         asked for does not bound, or of all by one way alone."""
         columns = _columns(self.history, self.rows)
         largest = {name: float(np.nan_to_num(np.abs(column)).max()) for name, column in columns.items()}
-        found, errors = dict.fromkeys(SCALARS, 0.0), self._errors([self.pairs[way]] if way else self.pairs.values())
+        found, errors = dict.fromkeys(SCALARS, 0.0), self._errors({way: self.pairs[way]} if way else self.pairs)
         for name, own in ((name, known_as(name, largest)) for name in SCALARS):
             if own in errors and (scale := error_scale(name, largest)):
                 found[name] = worst(errors[own][~np.isnan(columns[own])]) / scale
         return found if way else missed_accuracy(found, largest, self.history.problem)
 
-    def _errors(self, ways: Iterable[Sequence[Pair]]) -> Errors:
+    def _errors(self, ways: Mapping[str, Sequence[Pair]]) -> Errors:
         assert self._last is not None
         grid = self._last.here.grid
-        return errors_of_rows(self.history, self.rows, [*ways], (grid.dx, grid.dy), self.interpolated)
+        return errors_of_rows(self.history, self.rows, ways, (grid.dx, grid.dy), self.interpolated)
 
 
 def _reported(moment: Moment) -> State:
