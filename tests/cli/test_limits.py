@@ -55,15 +55,11 @@ def test_a_value_with_its_error_counts_and_the_worst_of_many_states() -> None:
     assert unknown is not None and unknown.met and not unknown.known
 
 
-@pytest.mark.parametrize(("limit", "words"), [
-    ("presure_max_MPa<1200", "did you mean pressure_max_MPa?"), ("pressure_max_MPa=1200", "is not of the form SCALAR<VALUE"),
-    ("pressure_max_MPa<high", "is not of the form SCALAR<VALUE"), ("von_mises_max_lower_MPa<500", "this result has no von"),
-    ("force_x_N_mm<1", "this result has no force_x_N_mm"),
-])
-def test_a_limit_on_what_is_not_there_is_wrong_usage(limit: str, words: str, case: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("scalar", ["von_mises_max_lower_MPa", "force_x_N_mm"])
+def test_a_limit_on_what_a_result_lacks_is_wrong_usage(scalar: str, case: Path, tmp_path: Path) -> None:
     for command in (("run", case), ("sweep", case, "--over", "load.normal_N=50,60")):
-        done = call(*command, "-o", tmp_path / command[0], "--no-plots", "-q", "--limit", limit)
-        assert done.returncode == 2 and words in " ".join(done.stderr.split())
+        done = call(*command, "-o", tmp_path / command[0], "--no-plots", "-q", "--limit", f"{scalar}<1")
+        assert done.returncode == 2 and f"this result has no {scalar}" in " ".join(done.stderr.split())
 
 
 def test_a_sweep_has_a_column_for_each_limit(case: Path, tmp_path: Path) -> None:

@@ -1,26 +1,31 @@
-"""What each command refuses: its exit code and the words of its message. Nothing is written, on standard output neither."""
+"""What each command refuses: its exit code and the words of its message, and nothing is written, on standard output neither.
+Commands end alike: the same options, the same exit codes."""
 
 from __future__ import annotations
 
+import inspect
+import json
 import shlex
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, call
+from tests.support.documents import ROOT
+from thermoroll_cli import Case, solve
+from thermoroll_cli.cli import conicity, fit, run, sweep_command, wear
 from thermoroll_cli.files.result.outcome import write_result
 
-USAGE, INVALID, INPUT_OUTPUT = 2, 3, 5
-SWEEP = "sweep a.toml -o out"
-TWO = f"{SWEEP} --over load.normal_N=1,2"
-NO_RESULT = "a.toml is a case, not a result: solve it with `thermoroll run a.toml`"
+ROWS = json.loads((ROOT / "tests" / "reference" / "refused_commands.json").read_text(encoding="utf-8"))
+"""Command, exit code and words. All points of a sweep are checked before the first is solved."""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A case and a result of one name, also in another folder; an invalid case, a table that is none, and a file without
-    content."""
+    """A case and a result of one name, also in another folder; that of a line, an invalid case, a table that is none, a file
+    without content."""
     folder = tmp_path_factory.mktemp("refused")
     (folder / "other").mkdir()
     for place in (folder, folder / "other"):
@@ -29,62 +34,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "bad.toml").write_text(MECHANICAL.replace("0.28", "0.6"))
     (folder / "other.csv").write_text("a,b\n1,2\n")
     (folder / "file").write_text("")
+    (folder / "cases").symlink_to(ROOT / "cases")
+    solve(Case.read(ROOT / "cases" / "gear_pair.toml").with_values({"numerics.grid": 8})).save(folder / "line.h5")
     return folder
 
 
-@pytest.mark.parametrize(("command", "code", "words"), [
-    ("validat", USAGE, ["'validate'"]),
-    ("run", USAGE, ["CASE"]),
-    ("run a.toml --set load.normal_N", USAGE, ["--set", "key=value"]),
-    ("run a.toml --no-such-option", USAGE, ["--no-such-option"]),
-    ("run a.toml --threads many", USAGE, ["--threads"]),
-    ("run a.toml other/a.toml", USAGE, ["several cases would write a.h5"]),
-    ("run --from a.toml", INPUT_OUTPUT, ["a.toml"]),
-    ("run - -", USAGE, ["standard input can be read only once"]),
-    ("validate - -", USAGE, ["standard input can be read only once"]),
-    ("show bad.toml", INVALID, ["poisson_ratio"]),
-    ("plot a.toml", USAGE, [NO_RESULT]),
-    ("plot a.h5 other/a.h5 -o out", USAGE, ["several results would write", "a_*.png"]),
-    ("plot a.h5 --fields presure", USAGE, ["there is no picture 'presure'"]),
-    ("plot a.h5 --cut-y 70", USAGE, ["outside the domain"]),
-    ("plot a.h5 --dpi 0", USAGE, ["--dpi"]),
-    ("plot a.h5 --format jpg", USAGE, ["'jpg' is not one of 'png', 'svg', 'pdf'"]),
-    ("plot other.csv", INPUT_OUTPUT, ["not the table of a sweep"]),
-    ("export a.toml --format csv", USAGE, [NO_RESULT]),
-    ("export a.h5", USAGE, ["--format"]),
-    ("export a.h5 --format doc", USAGE, ["--format"]),
-    ("compare a.h5 a.toml", USAGE, [NO_RESULT]),
-    *((f"compare a.h5 a.h5 --rtol={value}", USAGE, ["--rtol"]) for value in ("-1", "nan", "inf", "x")),
-    ("report a.toml", USAGE, [NO_RESULT]),
-    ("report a.h5 -o a.pdf", USAGE, ["end its name with .html"]),
-    ("report none.h5", INPUT_OUTPUT, ["no such file"]),
-    (SWEEP, USAGE, ["--over"]),
-    (f"{SWEEP} --over k=1 --over k=2", USAGE, ["k is swept twice"]),
-    (f"{SWEEP} --over a=1:2:1000 --over b=1:2:1000", USAGE, ["1000000 points are too many"]),
-    (f"{TWO} --set load.normal_N=3", USAGE, ["load.normal_N is swept with --over"]),
-    (f"{TWO} --jobs 0", USAGE, ["--jobs"]),
-    (f"{TWO} --points p.csv", USAGE, ["either --over KEY=VALUES or --points"]),
-    (f"{TWO} --jobs 2 --threads 2", USAGE, ["one thread each"]),
-    (f"{TWO} --jobs 2 --dask tcp://127.0.0.1:1", USAGE, ["the cluster decides"]),
-    ("sweep absent.toml --over load.normal_N=1,2 -o out", INVALID, ["no such file"]),
-    ("sweep a.toml --over load.normal_N=1,2 -o file", INPUT_OUTPUT, ["cannot write to"]),
-    ("sweep a.toml --over load.normal_N=1,2 -o file/below", INPUT_OUTPUT, ["cannot write to"]),
-    # All points are checked before the first is solved.
-    *((f"{SWEEP} --over {over}", INVALID, [*words, "nothing was computed"]) for over, words in (
-        ("creepage.longtudinal=1,2", ["--over creepage.longtudinal=1", "unknown key", 'did you mean "longitudinal"?']),
-        ("load.normal_N=-1,5,-2", ["load.normal_N = -1", "load.normal_N = -2", "must be greater than 0"]),
-        ("thermal.heat=0,1", ["must be true or false"]),
-        ("thermal.peclet=rolling,slow", ["--over thermal.peclet=slow"]),
-        ("load=1,2", ["must be a table"]),
-        ("numerics.grid=16.5", ["whole number"]),
-        ("force.longitudinal_N=5,50", ["--over force.longitudinal_N=50", "exceeds what friction can carry"]),
-        ("geometry.upper_radius_y_mm=30,-20", ["convexity lost"]),
-        ("load.normal_N=-5:-1:30", ["10 errors of 30"]))),
-    *((f"table build -o t.h5 {options}", USAGE, [words]) for options, words in (
-        ("--aspect 1,0.5", "must increase"), ("--aspect 0,1", "must be positive"), ("--aspect=-1", "must be positive"),
-        ("--aspect x", "not a number"), ("--nodes 3,5,7", "at least 5 magnitudes"), ("--nodes 7,5,8", "must be odd"),
-        ("--nodes 7", "three whole numbers"), ("--poisson 0.6", "--poisson"), ("--accuracy 1", "--accuracy"))),
-])  # fmt: skip
+@pytest.mark.parametrize(("command", "code", "words"), ROWS)
 def test_what_is_refused(folder: Path, command: str, code: int, words: list[str]) -> None:
     before = sorted(folder.rglob("*"))
     done = call(*shlex.split(command), cwd=folder)
@@ -92,3 +47,33 @@ def test_what_is_refused(folder: Path, command: str, code: int, words: list[str]
     assert (done.returncode, done.stdout) == (code, ""), told
     assert all(each in told for each in words) and told.count("unknown key") <= 1, told
     assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize("command", [run.run, sweep_command.sweep, fit.fit, wear.wear, conicity.conicity])
+def test_commands_that_compute_have_the_same_options(command: object) -> None:
+    declared = " ".join(str(value.annotation) for value in inspect.signature(command).parameters.values())  # type: ignore
+    for name in ("Output", "Settings", "AsJson", "NoPlots", "Formats", "Dpi", "Report", "Quiet", "Verbose"):
+        assert f"options.{name}" in declared, name
+
+
+@pytest.mark.slow
+def test_conicity_takes_them(tmp_path: Path) -> None:
+    asked = ("--amplitude", "3:4:2", "-v", "--dpi", 50, "--report", "-o", tmp_path)
+    done = call("conicity", ROOT / "cases" / "manchester.toml", *asked)
+    assert done.returncode == 0, done.stderr
+    with Image.open(tmp_path / "manchester_conicity.png") as image:
+        assert round(image.info["dpi"][0]) == 50
+    assert "manchester_conicity_report.html" in done.stdout
+
+
+def test_a_command_that_finds_no_number_says_so(tmp_path: Path) -> None:
+    """An amplitude beyond the flanges; a case without the table of its command."""
+    far = ("--amplitude", "40", "--no-plots", "-o", tmp_path)
+    done = call("conicity", ROOT / "cases" / "manchester.toml", *far, "--json")
+    assert done.returncode == 4 and "no amplitude has an equivalent conicity" in done.stderr
+    assert set(json.loads(done.stdout)["conicity"]) == {None}
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    for command, words in (("wear", "does not say how far the profiles wear"), ("conicity", "no equivalent conicity")):
+        done = call(command, tmp_path / "case.toml", "--json", "-o", tmp_path)
+        assert done.returncode == 3 and words in done.stderr
+        assert json.loads(done.stdout)["errors"][0]["key"] in ("wear", "geometry")

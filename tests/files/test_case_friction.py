@@ -11,23 +11,10 @@ from tests.support.command_line import MECHANICAL
 from tests.support.scenes import reference
 from thermoroll_cli import Case, solve
 from thermoroll_cli.files.case_source import Override
-from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.plots.pictures import figure
 
 EUROSPRINTER = Path(__file__).parents[2] / "cases" / "eurosprinter.toml"
 LAW = '\n[friction]\nlaw = "exponential"\nlimit_coefficient = 0.1\nhalf_slip_m_s = 0.5\n'
-
-
-@pytest.mark.parametrize(("text", "words"), [
-    ("\n[friction]\nmemory_um = 2.0\n", ["friction.memory_um has no effect"]),
-    ('\n[friction]\nlaw = "table"\ntable = [[0.0, 0.3], [1.0, 0.4]]\n\n[layer]\ncompliance_um_GPa = 2.0\n', []),
-    (LAW + "memory_um = 2.0\n", []),
-    (LAW + "memory_um = 1e-6\n\n[layer]\ncompliance_um_GPa = 100.0\n", ["is shorter than the shear of the interlayer"]),
-    (LAW + "memory_um = 1e3\n\n[layer]\ncompliance_um_GPa = 100.0\n", []),
-])
-def test_memory_that_does_nothing_or_too_little_is_warned_of(text: str, words: list[str]) -> None:
-    warnings = make_plan(Case.parse(MECHANICAL + text).problem).warnings
-    assert len(warnings) == len(words) and all(word in warning for word, warning in zip(words, warnings, strict=True))
 
 
 def test_the_map_of_friction_lies_between_both_coefficients() -> None:

@@ -16,7 +16,6 @@ import pytest
 from tests.support import synthetic
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare
 from thermoroll_cli.files.result.export import export_csv, export_vtu, export_xdmf
-from thermoroll_cli.files.result.labelled import ResultFileError
 from thermoroll_cli.files.result.outcome import read_result, tree_of, write_result
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, Subsurface
@@ -242,11 +241,3 @@ def test_vtu_has_the_numbers_of_the_result_at_its_places(tmp_path: pathlib.Path,
     area = 0.5 * (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
     np.testing.assert_allclose(area, np.diff(reference.x)[0] * np.diff(reference.y)[0], rtol=1e-9)
     assert arrays["offsets"][-1] == 4 * 285 and (arrays["types"] == 9).all()
-
-
-@pytest.mark.parametrize("export", [export_csv, export_vtu, export_xdmf])
-def test_export_of_what_is_no_result_writes_nothing(tmp_path: pathlib.Path, export: object) -> None:
-    (tmp_path / "a.h5").write_text("no")
-    with pytest.raises(ResultFileError, match="not an HDF5 file"):
-        export(tmp_path / "a.h5", tmp_path / "out")  # type: ignore[operator]
-    assert os.listdir(tmp_path) == ["a.h5"]

@@ -79,16 +79,6 @@ def test_run_writes_files_and_pictures(case: Path, tmp_path: Path) -> None:
     assert len(rows) == 32 and "y_mm" not in rows[0] and float(rows[16]["pressure_MPa"]) == pytest.approx(274.0, rel=0.01)
 
 
-@pytest.mark.parametrize(("command", "code", "words"), [
-    ("export out/gears.h5 --format xdmf", 5, "a line contact has no surface"),
-    ("plot out/gears.h5 --cut-y 0.1", 2, "the same at every y"), ("wear gears.toml", 3, "wear"),
-    ("conicity gears.toml", 3, "geometry")])
-def test_commands_that_need_another_contact(command: str, code: int, words: str, case: Path, tmp_path: Path) -> None:
-    assert call("run", case, "-o", tmp_path / "out", "--no-plots").returncode == 0
-    done = call(*command.split(), cwd=tmp_path)
-    assert done.returncode == code and words in done.stderr, done.stderr
-
-
 def test_stresses_and_strength_have_files_pictures_and_paths(case: Path, tmp_path: Path) -> None:
     keys = ("subsurface.layers=6", "numerics.grid=16", "strength.lower.shear_yield_MPa=300")
     settings = [part for key in keys for part in ("--set", key)]

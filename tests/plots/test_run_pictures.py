@@ -108,16 +108,6 @@ def test_text_in_svg_is_text(tmp_path: pathlib.Path) -> None:
     assert f"{WITHOUT}, max" in path.read_text() and "pressure p (MPa)" in path.read_text()
 
 
-@pytest.mark.parametrize(("options", "said"), [
-    ({"formats": ["gif"]}, "png, svg, pdf"), ({"kinds": ["presure"]}, "pressure, traction"),
-    ({"cut_y": 1.0}, "cut y = 1000 mm is outside the domain"),
-])  # fmt: skip
-def test_wrong_wishes_write_nothing(tmp_path: pathlib.Path, options: dict[str, Any], said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        draw(synthetic.result((8, 8)), tmp_path / "a", **options)
-    assert os.listdir(tmp_path) == []
-
-
 def test_a_picture_that_cannot_be_written_says_so(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(OSError, match=r"cannot write .*a_pressure\.png: No such file or directory"):
         draw(synthetic.result((8, 8)), tmp_path / "absent" / "a")

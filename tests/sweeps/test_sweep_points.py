@@ -63,20 +63,6 @@ def test_ranges_begin_and_end_as_written_and_have_even_steps(start: float, stop:
     assert max(steps) - min(steps) <= 1e-10 * max(abs(start), abs(stop))
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["k", "k=", "=1", "k=1:2", "k=1:2:3:4", "k=1:2:3:lin", "k=a b,c", "k=1,,2", "k=1:2:1", "k=1:2:2.5", "k=1:2:-3", "k=nan",
-     "k=1:1:3", "k=1,2,1", "k=0:1:3:log", "k=-1:1:3:log", "k=1:inf:3", "k=1:2:1000000000", "k=a,b,a"],
-)  # fmt: skip
-def test_what_is_no_axis(text: str, case: Path, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"of the form|k"):
-        Axis.parse(text)
-    done = call("sweep", case, "--over", text, "-o", tmp_path / "out")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "--over" in done.stderr
-    assert not (tmp_path / "out").exists()
-
-
 def test_the_last_axis_varies_fastest_and_names_follow_the_numbers() -> None:
     axes = parse_axes(["load.normal_N=10,20", "rolling.speed_m_s=1:3:3"])
     points, cases = Points((Base(THERMAL, "case.toml", "case"),), axes), points_of(THERMAL, axes)

@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from tests.support.command_line import call
 from tests.support.documents import printed
-from thermoroll_cli import CaseError, conicity
+from thermoroll_cli import conicity
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.many_contacts.wheelset.conicity import CLIMBS, ENDED, _limits, _potential
 from thermoroll_cli.plots import style
@@ -192,21 +192,6 @@ def test_points_of_contact_are_those_of_cones_on_crowns():
         assert row["hertz_a_mm"] == pytest.approx(1e3 * exact.semi_axis_x, rel=1e-2)
     left, right = rows[len(rows) // 2 // 2 * 2 : len(rows) // 2 // 2 * 2 + 2]
     assert left["side"] == "left" and abs(left["contact_y_rail_mm"]) > 700.0 and right["contact_y_rail_mm"] > 700.0
-
-
-@pytest.mark.parametrize(("case", "more", "code", "words"), [
-    ("cases/manchester.toml", ["--set", 'wheelset.wheels="right"'], 3, "wheelset.wheels: a single wheel"),
-    ("cases/article_4_1.toml", [], 3, "geometry: a single contact"),
-    ("cases/manchester.toml", ["--amplitude", "0:3:4"], 2, "above 0 up to 50 mm"),
-    ("cases/manchester.toml", ["--amplitude", "a,b"], 2, "above 0 up to 50 mm"),
-])  # fmt: skip
-def test_what_has_no_conicity_is_refused(tmp_path, case, more, code, words):
-    done = call("conicity", case, "-o", tmp_path, *more)
-    assert done.returncode == code and words in done.stderr, done.stderr
-    assert not list(tmp_path.iterdir())
-    if code == 3:
-        with pytest.raises((CaseError, ValueError), match="no equivalent conicity"):
-            conicity(case if not more else tables(A, A, wheels="right"))
 
 
 def test_amplitudes_that_no_motion_has_are_not_called_beyond_the_profiles() -> None:
