@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.support.profiles import CROWN, below
+from tests.support.sampling import sampled
 from tests.support.scenes import ellipse, order, rolling
 from thermoroll_cli.exact.hertz import HertzContact, element_averages
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
@@ -58,7 +59,7 @@ def test_hertz_is_met_at_128(aspect):
     assert error < 5e-4 * hertz.approach
 
 
-@pytest.mark.parametrize("aspect", ASPECTS)
+@pytest.mark.parametrize("aspect", sampled(ASPECTS[::-1], 3))
 def test_errors_against_hertz_fall_at_the_expected_order(aspect):
     """Mean |p| error with order 3/2 (the border's root), peak pressure and approach with order 2."""
     mean, peak, approach = [], [], []
@@ -230,7 +231,7 @@ def test_a_contact_too_small_to_have_an_inside_is_left_as_it_is():
     assert refined.pressure.sum() * contact.grid.element_area == pytest.approx(force, rel=1e-10)
 
 
-@pytest.mark.parametrize("aspect", ASPECTS)
+@pytest.mark.parametrize("aspect", sampled(ASPECTS, 3))
 def test_the_load_is_that_of_hertz_to_second_order_for_the_work_of_a_given_load(aspect):
     errors = []
     for n in SIDES:

@@ -9,6 +9,7 @@ from scipy.integrate import quad
 from scipy.special import kve
 
 from tests.support.documents import at_most
+from tests.support.sampling import sampled
 from tests.support.scenes import reference
 from thermoroll_cli.exact import moving_sources
 from thermoroll_cli.exact.moving_sources import (
@@ -88,7 +89,7 @@ def test_units_and_shapes():
 CIRCLES = reference("moving_sources")["circle"]
 
 
-@pytest.mark.parametrize("peclet", ["0", "1", "10", "100"])
+@pytest.mark.parametrize("peclet", sampled(["0", "1", "10", "100"], 2))
 @pytest.mark.parametrize("shape", sorted(CIRCLES))
 def test_circle_matches_the_reference(shape, peclet):
     """The reference is in mean flux, the functions in peak flux: q0 = (n + 1) q̄."""
@@ -108,7 +109,7 @@ def test_published_maxima_of_the_hertz_circle(peclet, expected):
 
 
 @pytest.mark.parametrize("point", [(0.2, 0.5), (-0.6, -0.4), (0.5, 0.0)])
-@pytest.mark.parametrize("peclet", [0.0, 3.0, 60.0])
+@pytest.mark.parametrize("peclet", sampled([3.0, 0.0, 60.0], 3))
 def test_ellipse_off_centre_is_a_sum_of_strips(peclet, point):
     a, b, strips = 1.0, 1.6, 400
     y = (np.arange(strips) + 0.5) * 2 * b / strips - b

@@ -128,8 +128,9 @@ def assert_alike(found: Tables, expected: Tables, within: float) -> None:
         assert np.abs(found[name] - table).max() <= within * scale, name
 
 
-@pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
-@pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
+@pytest.mark.parametrize(("row", "body"), [
+    pytest.param(row, body, id=f"{name}-{of}", marks=pytest.mark.slow if "heat" in name and body.layers else ())
+    for name, row in ROWS.items() for of, body in BODIES.items()])  # fmt: skip
 def test_nine_elements_make_one(row: Row, body: Material) -> None:
     """An element of three times the size in both directions, all signs of offsets included."""
     (nx, ny), (dx, dy) = (4, 3), (row.size, 1.7 * row.size)
@@ -171,7 +172,9 @@ def test_reversed_motion_is_the_mirror_image(row: Row, body: Material) -> None:
         assert_alike(mirrored, table, 1e-15)
 
 
-@pytest.mark.parametrize("row", [pytest.param(row, id=name) for name, row in ROWS.items() if "500" not in name])
+@pytest.mark.parametrize("row", [
+    pytest.param(row, id=name, marks=pytest.mark.slow if "P = 4" in name else ())
+    for name, row in ROWS.items() if "500" not in name])  # fmt: skip
 def test_layers_that_make_no_difference(row: Row) -> None:
     """Of the body's own material; so thin or so thick that one of both materials is alone; one cut in two."""
     def kernel(body: Material) -> Tables:

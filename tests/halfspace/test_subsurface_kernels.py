@@ -7,6 +7,7 @@ from collections import defaultdict
 import numpy as np
 import pytest
 
+from tests.support.sampling import sampled
 from tests.support.scenes import reference
 from thermoroll_cli.physics.halfspace import subsurface_thermal
 from thermoroll_cli.physics.halfspace.subsurface_elastic import (
@@ -92,7 +93,7 @@ def test_fast_sources_heat_a_skin(peclet, ratio):
     assert thermal_stress(*at, NU)[0, 0, 0, 0] / temperature_at_depths(*at)[0, 0, 0] == pytest.approx(ratio, abs=6e-4)
 
 
-@pytest.mark.parametrize("peclet", [0.1, 3.0, 20.0])
+@pytest.mark.parametrize("peclet", sampled([3.0, 0.1, 20.0], 3))
 def test_oblique_motion(peclet):
     """Motion along the diagonal is its mirror image in it, although the rules treat both axes differently."""
     across = np.arange(-4.0, 5.0)

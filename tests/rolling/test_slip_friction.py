@@ -251,6 +251,7 @@ def test_small_creepages_over_a_layer() -> None:
             assert softer / without == pytest.approx(SLOPE[name][i], abs=3e-3)
 
 
+@pytest.mark.slow
 def test_memory_makes_steep_laws_converge_at_second_order() -> None:
     law = FrictionLaw("exponential", 2 / 3, 1e-3, memory=1e-7)
     forces = [solve(spheres(n, friction=Friction(0.6, law), motion=Motion(1.0, 0.00135, differential_slip=False)))

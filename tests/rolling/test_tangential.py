@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.sampling import sampled
 from tests.support.scenes import (
     CASES,
     Dimensionless,
@@ -49,7 +50,7 @@ SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}
 # --- CONTACT and an independent program on fine grids ----------------------------------------------------------------
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", sampled(CASES, 3))
 def test_a_case_of_contact(case):
     """Against CONTACT's extrapolated forces (in μW), stick and heat, and against an independent program on fine grids, within a
     bound beside the uncertainty that it states (its change since N = 64)."""
@@ -69,7 +70,7 @@ def test_a_case_of_contact(case):
     assert found.applications <= 80
 
 
-@pytest.mark.parametrize("case", [*CASES, *SPINNING])
+@pytest.mark.parametrize("case", [*sampled(CASES, 3), *sampled(SPINNING)])
 def test_forces_heat_and_stick_are_those_of_the_finest_grids(case):
     """What is asked for is 1e-3, 3e-4 and 1e-4: forces over μW, heat relative."""
     for n, bound, of_heat in ((32, 1e-3, 1e-3), (64, 1.5e-4, 2.5e-4), (128, 3e-5, 5e-5)):
@@ -144,6 +145,7 @@ def test_work_does_not_grow_with_the_grid():
     assert fine / coarse == pytest.approx(1.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_false_slip_does_not_wander_through_the_stick_area():
     """Slip of one element started wrongly on the coarser grid used to move on by one element a step: 900 to 1400
     applications."""
