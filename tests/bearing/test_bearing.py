@@ -263,6 +263,7 @@ def test_twice_the_balls_and_the_lengths_with_eight_times_the_thrust_of_the_same
         assert other == pytest.approx(one, rel=1e-4), name
 
 
+@pytest.mark.slow
 def test_a_moment_that_turns_by_one_pitch_permutes_the_balls() -> None:
     """A moment towards ball 2 loads the balls as one towards ball 1, each one place further."""
     records = []
@@ -360,6 +361,7 @@ def test_the_moment_of_the_pressure_is_in_the_balance_of_ceramic_balls() -> None
     assert contact(result, "ball_1_inner")["rolling_resistance_moment_Nmm"] != 0.0
 
 
+@pytest.mark.slow
 def test_expansion_under_pressure_drives_the_rings() -> None:
     """Hot contacts press behind their middle: rings take less than the heat of friction, by the work of the expansion."""
     content = case(**FEW | {"bearing__inner_rpm": 1e4, "load__friction_coefficient": 0.07, "numerics__grid": 10})

@@ -20,6 +20,7 @@ import tomli_w
 from scripts.stress.courses import random_course
 from tests.support.command_line import call
 from tests.support.datasets import datasets
+from tests.support.sampling import sampled
 from thermoroll_cli import Case, CaseError, fit, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.files.table_file import read_table
@@ -232,7 +233,7 @@ def test_a_force_that_friction_cannot_carry_is_found_between_the_extremes() -> N
         plan_of(Case.from_dict(case).task)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("jumps", [False, True])
+@pytest.mark.parametrize("jumps", sampled([True, False]))
 def test_heat_at_rest_is_that_of_the_largest_force(jumps: bool) -> None:
     """A force that is there at once rubs as one that grows to it does, which is exact in one step. That it then falls by a
     tenth turns the slip of a twentieth of it back: 4 · 0.05³ of that heat (Mindlin and Deresiewicz)."""
@@ -263,6 +264,7 @@ def test_what_is_wrong_with_a_record(tmp_path: Path, text: str, message: str) ->
     assert message in raised.value.findings[0].message
 
 
+@pytest.mark.slow
 def test_elements_and_steps_until_every_row_is_accurate() -> None:
     """Every row is within the accuracy of a solution with six times the steps; a better accuracy takes more work."""
     wave = {"distance_mm": [0, 2, 5, 7], "values": {"creepage.longitudinal": [0.001, 0.0013, 0.0017, 0.002]}}
@@ -281,6 +283,7 @@ def test_elements_and_steps_until_every_row_is_accurate() -> None:
     assert applications == sorted(set(applications))
 
 
+@pytest.mark.slow
 def test_an_accuracy_that_no_grid_would_reach_is_given_up_soon() -> None:
     """A load that grows makes all stick that a small force moves, but a rim far narrower than an element: its heat is known to
     no share of itself on 256 elements a side, and the forces, which are given, and the pressure are."""
@@ -408,18 +411,18 @@ def test_nothing_rolls() -> None:
     assert "uncertainty.force_x_N" not in history and 0.0 < history["shift_x_um"][-1] < 0.5 * history["shift_x_um"][4]
 
 
-def test_the_power_of_a_row_at_rest_is_the_mean_since_the_row_before() -> None:
+@pytest.mark.parametrize("numerics", sampled([{"grid": 24}, {"accuracy": 0.1, "accuracy_of": ["Q_F_W"]}]))
+def test_the_power_of_a_row_at_rest_is_the_mean_since_the_row_before(numerics: dict[str, Any]) -> None:
     """Also where the force turns back between two rows, and with steps between them: the heat since then over the time."""
     case = ball(rolling={"speed_m_s": 0.0}, history={}, numerics={"grid": 24})
     case["history"] = {"time_s": [0, 1.2, 2], "values": {"force.longitudinal_N": [0, 0.14, -0.06]}, "steps": 4}
     powers = [1.8959e-08, 1.8443e-07, 2.2734e-07, 2.2149e-07]  # of 48 × 48 elements and 48 steps
-    for numerics in ({"grid": 24}, {"accuracy": 0.1, "accuracy_of": ["Q_F_W"]}):
-        result = solve({**case, "numerics": numerics})
-        found = result.history
-        assert found is not None and result.converged and result["Q_F_W"] == found["Q_F_W"][-1]
-        assert np.diff(found["heat_J"]) / 0.5 == pytest.approx(found["Q_F_W"][1:], rel=1e-9)
-        assert (np.abs(np.array(found["Q_F_W"][1:]) - powers) < found["uncertainty.Q_F_W"][1:]).all()
-        assert max(found["uncertainty.Q_F_W"]) < 0.8 * max(powers)
+    result = solve({**case, "numerics": numerics})
+    found = result.history
+    assert found is not None and result.converged and result["Q_F_W"] == found["Q_F_W"][-1]
+    assert np.diff(found["heat_J"]) / 0.5 == pytest.approx(found["Q_F_W"][1:], rel=1e-9)
+    assert (np.abs(np.array(found["Q_F_W"][1:]) - powers) < found["uncertainty.Q_F_W"][1:]).all()
+    assert max(found["uncertainty.Q_F_W"]) < 0.8 * max(powers)
 
 
 def test_a_key_that_changes_has_no_other_value() -> None:
@@ -435,10 +438,10 @@ def test_a_key_that_changes_has_no_other_value() -> None:
 ROUND = [[y, -y * y / 340.0] for y in np.linspace(-8, 8, 17)]
 
 
-@pytest.mark.parametrize("tables", [
+@pytest.mark.parametrize("tables", sampled([
     {"geometry": {"upper_radius_y_mm": None, "upper_profile": {"points_mm": ROUND}}}, {"layer": {"compliance_um_GPa": 2e5}},
     {"geometry": {"lower_radius_y_mm": -190.0, "conformal": True}},
-    {"material": {"layers": [{"thickness_um": 1500, "youngs_modulus_GPa": 0.001, "poisson_ratio": 0.4}]}}])  # fmt: skip
+    {"material": {"layers": [{"thickness_um": 1500, "youngs_modulus_GPa": 0.001, "poisson_ratio": 0.4}]}}]))  # fmt: skip
 def test_the_steady_state_stays(tables: dict[str, Any]) -> None:
     """Of profiles, interlayers, conformal and coated bodies, and it is that of the case without a history."""
     case = ball(**tables, history={"distance_mm": [0, 0.5, 7], "values": {"creepage.longitudinal": [0.002] * 3}})
@@ -590,6 +593,7 @@ def hot(**tables: dict[str, Any]) -> tuple[dict[str, Any], list[Any]]:
     return case, [solve({**case, "history": {**course, "begin": begin}}).history for begin in ("steady", "pressed")]
 
 
+@pytest.mark.slow
 def test_expansion_ends_in_the_steady_coupled_state() -> None:
     """Sliding that heats the surfaces: what begins with the coupled state stays there, and what begins cold ends there."""
     case, (stays, grows) = hot()

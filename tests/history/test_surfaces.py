@@ -98,6 +98,7 @@ def test_wave_in_a_line_contact_is_westergaards() -> None:
     assert wave[middle] @ difference / (wave[middle] @ wave[middle]) == pytest.approx(1.0, abs=4e-3)
 
 
+@pytest.mark.slow
 def test_ridges_along_rolling_are_a_profile() -> None:
     """After some lengths of the contact they are in the steady state of a body with this lateral profile."""
     y = np.arange(-800, 801) * 1e-6
@@ -138,6 +139,7 @@ def test_long_wave_is_a_curvature() -> None:
         assert found == pytest.approx(solve(hertz)["pressure_max_MPa"], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_errors_fall_with_the_square_of_elements_and_steps() -> None:
     """Elements and steps are halved together; then steps alone, for the energy that is missing."""
     wave = Wave(0.5e-6, 1e-3, start=0.3e-3)
@@ -212,6 +214,7 @@ def test_a_surface_of_small_waves_is_not_called_known() -> None:
     assert fine.uncertainty["pressure_max_MPa"] > 0.3e-6 * 0.5 * MODULUS * 0.02e-6 * 2.0 * np.pi / 8e-6
 
 
+@pytest.mark.slow
 def test_errors_know_that_steps_pass_over_waves() -> None:
     """Steps longer than a wave hardly change the forces, but the heat at their ends."""
     wave = Wave(0.5e-6, 0.25e-3, start=0.1e-3)
@@ -234,6 +237,7 @@ def test_errors_know_what_sticks_and_what_slips_between_elements() -> None:
         assert column(stuck, f"uncertainty.{name}")[-1] > least * column(stuck, name)[-1]
 
 
+@pytest.mark.slow
 def test_a_rough_step_takes_few_applications() -> None:
     """Spots stick and slip anew with every step; near full sliding, and with a part of the friction used."""
     for creepage, most in ((0.0015, 1.6), (0.0004, 1.6)):

@@ -88,6 +88,7 @@ def test_a_rise_ahead_moves_the_contact_ahead() -> None:
         assert patch.record["x_mm"] == pytest.approx(ahead * moved, rel=0.03)  # type: ignore[union-attr]
 
 
+@pytest.mark.slow
 def test_each_wave_has_its_own_period_and_begins_where_it_is_said() -> None:
     """A rail's wave by distance, a wheel's by the angle: the same after a wavelength, from the start, place or rotation."""
     short = {"kind": "wave", "amplitude_um": 20.0, "wavelength_mm": 12.0, "start_mm": 2.0}

@@ -11,6 +11,7 @@ import pytest
 
 from scripts.peers import Halved
 from tests.support.command_line import call
+from tests.support.sampling import sampled
 from tests.support.wheelsets import FOLDER, case_named, outline_points
 from thermoroll_cli.cli.import_command import imported, solved
 from thermoroll_cli.files.case_errors import CaseError
@@ -202,7 +203,7 @@ def wheel_deck(name: str, **more: object) -> str:
     return WHEEL.format(**(values | more)) + END
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("side", sampled(["left", "right"]))
 def test_wheels_have_the_forces_of_contact(tmp_path: Path, side: str) -> None:
     name = f"A2.2 {side} y=4.0"
     each = imported(deck_of(tmp_path, wheel_deck(name)))[0]

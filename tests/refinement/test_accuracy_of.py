@@ -22,6 +22,7 @@ def everything(accuracy: float) -> Result:
     return solve(accurate_to(accuracy, article_4_1(64), "forces", "heat", "temperatures", "shares", "pressure_max_MPa"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [
     ("forces",), *(pytest.param(asked, marks=pytest.mark.slow) for asked in (("Q_F_W",), ("shares", "temperatures")))])
 def test_only_what_is_asked_for_decides_the_grid(asked: tuple[str, ...]) -> None:

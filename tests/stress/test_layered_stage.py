@@ -81,6 +81,7 @@ def test_peaks_are_not_searched_across_interfaces() -> None:
         assert peak_of(values, depths, axis, axis, every=every).value <= 0.5
 
 
+@pytest.mark.slow
 def test_bodies_press_on_each_other_alike(coated: Result) -> None:
     lower, upper = stresses_of(coated, "lower")[:, 0], stresses_of(coated, "upper")[:, 0]
     scale = np.abs(lower[2]).max()

@@ -249,6 +249,7 @@ def test_too_shallow_is_told():
     assert not solved(SubsurfaceRequest(layers=16), grid=16, friction=0.0).warnings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [0.05, pytest.param(0.11, marks=pytest.mark.slow)])
 def test_a_maximum_below_the_last_layer_is_covered_or_told(depth: float | None) -> None:
     """The largest stresses of the whole body are covered, or have no estimate and are named, wherever the layers (mm) end."""

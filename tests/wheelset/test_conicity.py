@@ -78,7 +78,7 @@ def crown(radius: float) -> list[list[float]]:
     return np.stack((y, radius - np.sqrt(radius**2 - y**2)), axis=1).tolist()
 
 
-@pytest.mark.parametrize(("gamma", "left"), [(0.1, 460.0), (0.025, 459.9)])
+@pytest.mark.parametrize(("gamma", "left"), [(0.025, 459.9), pytest.param(0.1, 460.0, marks=pytest.mark.slow)])
 def test_a_cone_has_its_own_conicity_on_any_rail(gamma, left):
     """Klingel: λ = 2π √(r₀ b/γ) with b half the distance of the contacts; wheels of unlike radii swing about another place."""
     shape = cone(gamma)
@@ -121,22 +121,33 @@ def test_other_samplings_and_a_mirrored_outline_change_little():
     np.testing.assert_allclose(conicity(moved, SOME).conicity, found.conicity[at], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():
     found = conicity(tables(A, A), [3.0, 8.0, 9.0, 30.0])
     assert np.isnan(found.conicity).tolist() == [False, False, True, True]
     (beyond,) = [warning for warning in found.warnings if "beyond the profiles" in warning]
     assert "from 9 mm on" in beyond and beyond.endswith("at most, where a flange climbs")
+    jumps = [warning for warning in found.warnings if "jumps" in warning]
+    assert len(jumps) == 2 and all("6.7" in warning for warning in jumps)
+
+
+@pytest.mark.slow
+def test_motions_end_where_a_profile_does():
     # Beyond a trough the outer wheel becomes larger with the shift as the other one does, up to the end of the rail.
     trough = [[place, max(-0.05 * place, 0.05 * place - 1.5)] for place in np.linspace(-60.0, 60.0, 121).tolist()]
     told = conicity(tables(trough, trough, rail=crown(300.0)), [3.0, 50.0]).warnings
     assert any(text.endswith("mm at most, where a profile ends") for text in told), told
-    # Δr = y (1 − y²/c²) restores the wheelset up to the shift c.
+
+
+def test_what_restores_a_wheelset_ends_where_no_wheel_is_larger_any_more():
+    """Δr = y (1 − y²/c²) restores the wheelset up to the shift c."""
     y = np.linspace(-0.025, 0.025, 501)
     limited = _potential(y, y * (1.0 - (y / 0.02) ** 2))
     assert limited is not None and limited.reach == pytest.approx(0.02, abs=1e-4)
     assert _limits(limited, {1: CLIMBS, -1: ENDED}) == ["no wheel is larger any more on the side it moves to"]
-    jumps = [warning for warning in found.warnings if "jumps" in warning]
-    assert len(jumps) == 2 and all("6.7" in warning for warning in jumps)
+
+
+def test_cones_that_have_no_conicity_say_so():
     for gamma in (0.0, 0.3):
         warnings = conicity(tables(cone(gamma), cone(gamma), rail=crown(250.0)), [3.0]).warnings
         (warning,) = [text for text in warnings if "is known down to" not in text]

@@ -18,8 +18,8 @@ FOLDER = REFERENCE / "measured_profiles"
 CASES = Path(__file__).parents[2] / "cases"
 WHEELS = ("Car7216_0001r.whl", "Car7358_0001r.whl", "avg_wheel.whl", "left-wheel-v1-pre-dry.whl", "whl_left_iter288.whl")
 RAILS = ("avg_HR.BAN", "avg_low2.ban", "left-roller-v1-pre-dry.ban", "rail_left_iter288.ban")
-HARD = {("Car7216_0001r.whl", "rail_left_iter288.ban", 0.0), ("avg_wheel.whl", "avg_HR.BAN", -5.0)}
-"""A central position, where spin is most of the power of two patches, and a flange."""
+HARD = ("avg_wheel.whl", "avg_HR.BAN", -5.0)
+"""A flange."""
 
 
 def tables(wheel: dict[str, Any], rail: dict[str, Any], **wheelset: Any) -> dict[str, dict[str, Any]]:
@@ -43,7 +43,7 @@ def measured(wheel: str, rail: str, **wheelset: Any) -> dict[str, dict[str, Any]
 
 
 @pytest.mark.parametrize(("wheel", "rail", "shift"), [
-    pair if pair in HARD else pytest.param(*pair, marks=pytest.mark.slow)
+    pair if pair == HARD else pytest.param(*pair, marks=pytest.mark.slow)
     for pair in itertools.product(WHEELS, RAILS, (0.0, 3.0, -5.0))])  # fmt: skip
 def test_a_wheelset_rests_on_measured_profiles(wheel: str, rail: str, shift: float) -> None:
     result = solve(Case.from_dict(measured(wheel, rail, lateral_shift_mm=shift)))
@@ -65,6 +65,7 @@ def test_a_search_for_tractions_that_stops_goes_on_with_another_residual() -> No
     assert result.converged, result.reason
 
 
+@pytest.mark.slow
 def test_two_patches_that_become_one_at_the_given_force_are_one_already() -> None:
     """As two, which displace each other like points, they carry less than 50 kN where they meet, as one they carry more."""
     case = measured("Car7358_0001r.whl", "rail_left_iter288.ban", lateral_shift_mm=-5.0)
@@ -108,8 +109,9 @@ def test_a_hollow_wheel_has_the_conicity_of_the_orbit_over_both_wells(depth: flo
 
 
 @pytest.mark.parametrize("wheel", [
-    "face_30_cone_0.05.whl", "no_face_30_cone_0.05.csv", "header_numbers.whl",
-    *(pytest.param(name, marks=pytest.mark.slow) for name in ("face_12_cone_0.05.csv", "face_30_cone_0.05.csv"))])
+    "face_30_cone_0.05.whl",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in (
+        "no_face_30_cone_0.05.csv", "header_numbers.whl", "face_12_cone_0.05.csv", "face_30_cone_0.05.csv"))])
 def test_the_face_of_the_rim_and_its_edge_do_not_climb(wheel: str) -> None:
     """Only the flange climbs: a chamfer on the field side, however steep, changes no conicity. A rim that is measured further
     up than the flange is down turns nothing over."""

@@ -80,6 +80,7 @@ def test_small_rollers_are_felt_and_balanced(small: Result) -> None:
     assert ratio == pytest.approx(2.0, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_mirror_image_has_mirrored_forces(small: Result) -> None:
     here, there = small, on_rollers({"roller_radius_mm": 500.0}, lateral_shift_mm=-4.0, yaw_mrad=-9.6)
     for axis, sign in zip("xyz", (1.0, -1.0, 1.0), strict=True):

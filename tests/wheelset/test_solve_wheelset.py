@@ -103,7 +103,7 @@ def test_traction_and_load_are_met():
 
 @pytest.mark.parametrize(("name", "tolerance"), [
     SLOW("A2.2 left y=4.0", 1e-3), ("A2.2 right y=8.0", 1.5e-3), SLOW("worn heavy haul right y=14.74", 1.5e-3),
-    ("B gauge 1450 cant 1:40 right y=12", 1.5e-3), ("A2.2 right y=5.0 apart", 1e-3),
+    SLOW("B gauge 1450 cant 1:40 right y=12", 1.5e-3), SLOW("A2.2 right y=5.0 apart", 1e-3),
 ])  # fmt: skip
 def test_planar_patches_are_those_of_contact(name, tolerance):
     case = case_named(name)
@@ -179,7 +179,7 @@ def moved_rail(rail: tuple[str, float], side: str, moved: tuple[float, float, fl
 
 
 @pytest.mark.parametrize(("rail", "side", "moved", "shift", "height"), [
-    SLOW(UIC60, "right", (0.0, 0.0, 5.0), 0.0, 0.1225), (UIC60, "right", (0.0, 0.0, 5.0), 4.0, -0.2217),
+    SLOW(UIC60, "right", (0.0, 0.0, 5.0), 0.0, 0.1225), SLOW(UIC60, "right", (0.0, 0.0, 5.0), 4.0, -0.2217),
     SLOW(UIC60, "right", (0.0, 0.0, -10.0), 0.0, 0.2353), SLOW(UIC60, "left", (0.0, 0.0, -5.0), 0.0, 0.2264),
     SLOW(UPRIGHT, "right", (0.0, 0.0, 5.0), 0.0, 0.2816), SLOW(UPRIGHT, "right", (2.0, -1.0, -8.0), 2.0, -0.7832),
     (UPRIGHT, "left", (-2.0, -1.0, -8.0), -2.0, -0.8230),
@@ -315,6 +315,7 @@ def test_a_wheel_costs_little_more_than_its_patches(shift, first, following):
     assert whole <= first * alone and after <= following * alone
 
 
+@pytest.mark.slow
 def test_a_sweep_over_the_shift(tmp_path):
     """Rows with the whole and each patch, a file for each point, and a picture; `--resume` finds all of them."""
     (tmp_path / "m.toml").write_text(STANDING)
@@ -494,6 +495,7 @@ def test_a_wheelset_that_climbs_its_rail_has_an_end_and_a_mirror_image(shift, ya
     assert both[0]["track_force_y_right_N"] == pytest.approx(-both[1]["track_force_y_left_N"], abs=2.0)
 
 
+@pytest.mark.slow
 def test_roll_speed_and_rolling_radii_have_errors_that_cover_a_finer_grid():
     """The power of the creep forces moves with the angular velocity; what is given has no error."""
     coarse, fine = (solve(Case.parse(TEXT.replace("grid = 24", f"grid = {side}"))) for side in (16, 32))

@@ -195,6 +195,7 @@ def test_python_takes_it_as_any_result(stored: Result, tmp_path: Path) -> None:
     assert here.converged and there.converged and there.case_json != here.case_json
 
 
+@pytest.mark.slow
 def test_a_sweep_of_scalars_has_columns_of_patches_with_units(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(WORN.to_toml())
     done = call("sweep", "m.toml", "--over", "wheelset.lateral_shift_mm=4,5", "-o", ".", "--scalars-only", "-q", "--no-plots",

@@ -109,6 +109,7 @@ def test_an_evolution_goes_on_with_another_grid(grid: int) -> None:
     assert last.result["pressure_max_MPa"] == pytest.approx(states[-1].result["pressure_max_MPa"], rel=1e-2)  # type: ignore[index]
 
 
+@pytest.mark.slow
 def test_a_symmetric_crown_stays_symmetric() -> None:
     """Half of the contact stands for all of it as long as the profiles are their own mirror images."""
     sliding_in_part = replace(TWIN_DISC, motion=replace(TWIN_DISC.motion, creepage_x=2e-3))
@@ -147,6 +148,7 @@ def test_a_crown_worn_far_beyond_the_approach_is_rigid() -> None:
     assert 100.0 * (1.0 - last.deepest / rigid) == pytest.approx(less.value, abs=less.rounding)
 
 
+@pytest.mark.slow
 def test_steps_converge_at_first_order() -> None:
     def passes(fraction: float) -> float:
         wear = replace(TWIN_DISC.wear, step_fraction=fraction, depth=1e-6)
