@@ -66,6 +66,7 @@ def test_a_vertical_force_is_that_of_pressure_and_traction(tmp_path):
         Case.read(both)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("radii", "load"), [
     ((0.012, 0.05, 0.06, -0.052), 8000.0),  # the barrel's axis lies within its radius across
     ((0.02, 0.02, 0.02, 0.03), 100.0),

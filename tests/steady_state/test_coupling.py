@@ -77,7 +77,7 @@ FINE_AREA, FINE_PEAK = 0.84415, 1.26130
 
 
 @pytest.mark.parametrize(("n", "area", "peak"), [
-    (32, 2e-3, 1e-3), (64, 5e-4, 2e-4), pytest.param(128, 3e-4, 1e-4, marks=pytest.mark.slow)])
+    (32, 2e-3, 1e-3), *(pytest.param(*row, marks=pytest.mark.slow) for row in ((64, 5e-4, 2e-4), (128, 3e-4, 1e-4)))])
 def test_contact_area_and_peak_pressure_hardly_depend_on_the_grid(n, area, peak):
     """The trailing edge, which the bulge squeezes, is found between the elements."""
     result = solved(on_grid(HOT, n))
@@ -185,6 +185,7 @@ def test_coupled_state_is_symmetric_under_longitudinal_creepage():
         np.testing.assert_allclose(fields[name], sign * fields[name][:, ::-1], atol=2e-4 * scale)
 
 
+@pytest.mark.slow
 def test_weak_heating_is_a_linear_perturbation():
     """γ_p − 1 and the change of the contact area double with the speed."""
     changes = np.array(

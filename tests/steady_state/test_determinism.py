@@ -48,6 +48,7 @@ def test_datasets_are_bit_identical_in_every_run_with_any_threads(name: str, run
         assert [key for key in first if other[key] != first[key]] == []
 
 
+@pytest.mark.slow
 def test_the_place_in_a_list_of_cases_does_not_matter(runs: list[Path]) -> None:
     folder = runs[0].parent
     assert call("run", "sliding.toml", "-o", "alone", "--no-plots", "-q", cwd=folder).returncode == 0

@@ -72,11 +72,13 @@ def table(chosen: list[Pair]) -> str:
     return "\n".join([*lines, *map(str, worst)])
 
 
+@pytest.mark.slow
 def test_true_errors_stay_below_twice_the_estimate() -> None:
     everything = list(pairs())
     assert np.mean([p.honest for p in everything]) >= 0.95, table(everything)
 
 
+@pytest.mark.slow
 def test_estimates_are_not_inflated() -> None:
     everything = list(pairs())
     # 7.2, counted as by `scripts.stress.coverage`: smaller true errors are rounding. Forces of contacts with spin have

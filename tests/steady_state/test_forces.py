@@ -145,7 +145,7 @@ MIXED = replace(rolling(grid=(18, 16), geometry=ellipse(0.6), creepage=(1e-3, 6e
 HOT = replace(MIXED, motion=Motion(150.0, 2e-3, 1e-3, 2.0, differential_slip=False), heating=Heating(peclet="stationary"))
 FORCED = replace(MIXED, motion=Motion(1.0, None, 6e-4, 3.0, 12.0, None, differential_slip=False))
 SOLVED = [pytest.param(MIXED, id="isothermal", marks=pytest.mark.slow), pytest.param(HOT, id="coupled"),
-          pytest.param(FORCED, id="force")]
+          pytest.param(FORCED, id="force", marks=pytest.mark.slow)]
 ODD = ("shear_y", "slip_y")
 
 
@@ -247,6 +247,7 @@ def test_grids_need_not_be_square():
         assert s["force_y_N"] == pytest.approx(expected["force_y_N"], abs=1e-3 * limit)
 
 
+@pytest.mark.slow
 def test_a_rough_contact_that_mostly_sticks_takes_few_applications() -> None:
     """Elements that borders cut lie inside its runs of stick, and their own traction decides their slip: 723 applications if
     they are integrated along rolling with the others. The creepage is that of half as many elements a side."""

@@ -51,7 +51,7 @@ PROBLEMS = {
 }
 
 
-@pytest.mark.parametrize("name", sampled(PROBLEMS, 4))
+@pytest.mark.parametrize("name", sampled(PROBLEMS, 9))
 def test_the_load_of_an_approach_is_the_one_that_caused_it(name):
     """Within the errors of both, for their domains may differ: heat counts from its mean, and presses cold bodies less."""
     problem = PROBLEMS[name]

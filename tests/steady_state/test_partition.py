@@ -264,6 +264,7 @@ def test_steel_rolls_on_ceramic_at_one_temperature():
         assert number[name] == pytest.approx(scalars[name], rel=0.05)
 
 
+@pytest.mark.slow
 def test_equal_bodies_are_not_solved_for():
     """Lateral creepage of bodies that roll alike along x still moves them apart along y; at equal speed nothing is left."""
     equal = solved(replace(article_4_1(12), heating=Heating(peclet="stationary", partition="matched")))

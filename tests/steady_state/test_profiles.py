@@ -38,7 +38,9 @@ def test_a_contact_between_two_samples_of_the_profile_is_found(load):
 # --- against CONTACT ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [name for name in REFERENCES if REFERENCES[name]["input"]["tangential"]])
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=() if name == "c_two_patches" else pytest.mark.slow)
+    for name in REFERENCES if REFERENCES[name]["input"]["tangential"]])
 def test_contact_agrees(name):
     """N = 128: forces within 3e-4 μW, p_max 3e-4, area 0.2 %, approach 1e-4, Q_F 1e-3, each plus CONTACT's uncertainty; and as
     docs/verification.md says."""
@@ -331,6 +333,7 @@ ORDERS = {
 """Geometry, load in N, and the order that must be seen: a kink in the curvature keeps at least the first."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", sampled(ORDERS, 4))
 def test_order_of_convergence(kind):
     """Forces, heat, approach and largest pressure at N = 16, 32, 64 against 128."""

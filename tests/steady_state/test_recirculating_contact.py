@@ -56,6 +56,7 @@ def test_surroundings_are_the_zero_of_each_body():
     assert warm["temperature_rise_max_upper_K"] == pytest.approx(cold["temperature_rise_max_upper_K"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_equal_discs_share_evenly_and_the_cooler_one_takes_more():
     even, uneven = solved(twin_disc()), solved(twin_disc(resistance=(1.0, 0.5)))
     s, u = even.coupled.scalars, uneven.coupled.scalars

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.sampling import sampled
 from tests.support.scenes import STEEL, article_4_1, rolling, solved
 from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_table
 from thermoroll_cli.physics.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
@@ -63,7 +64,7 @@ def test_response_is_the_sum_over_sources_with_a_kernel_each():
     assert np.abs(crude).max() > 1e-3 * response.temperatures(heat)[0].max()
 
 
-@pytest.mark.parametrize("divided", [True, False])
+@pytest.mark.parametrize("divided", sampled([True, False]))
 def test_uniform_slip_is_uniform_motion(divided):
     """The same slip everywhere, or none, is the convolution with one kernel (the constant of sources at rest is arbitrary)."""
     # The same along each row: nothing changes within elements, which only uniform motion takes into account.
@@ -150,6 +151,7 @@ def test_result_is_the_sum_over_its_own_slip():
     assert result.work["sliding"]["terms_temperature"] <= 12 and result.work["sliding"]["terms_displacement"] <= 12
 
 
+@pytest.mark.slow
 def test_article_4_1_with_sliding_peclet_numbers():
     """Coupled: hotter than with the material's own speed, cooler than at rest, and cheap: kernels are built once a range."""
     results = {mode: solved(article_4_1(16, heating=Heating(peclet=mode))) for mode in ("rolling", "sliding", "stationary")}
@@ -163,6 +165,7 @@ def test_article_4_1_with_sliding_peclet_numbers():
     assert not any("sideways" in w for w in sliding.warnings)
 
 
+@pytest.mark.slow
 def test_mirrored_and_reversed_creepage_and_exchanged_bodies():
     """Heat is carried along x whichever way the surfaces slip: all symmetries of rolling hold in the coupled state."""
     base = replace(article_4_1(12, heating=SLIDING), motion=Motion(100.0, 0.003, 0.001, 5.0))
@@ -178,6 +181,7 @@ def test_mirrored_and_reversed_creepage_and_exchanged_bodies():
         np.testing.assert_allclose(sign * reversed_.fields[name], here.fields[name], atol=2e-3 * scale)
 
 
+@pytest.mark.slow
 def test_a_scaled_problem_has_the_same_numbers():
     """Lengths × 8, loads × 64, speed / 8: the same stresses and Péclet numbers; expansion in proportion to the length."""
     small = replace(article_4_1(12, heating=SLIDING), motion=Motion(100.0, 0.003, 0.0))
@@ -229,6 +233,7 @@ def test_beyond_pure_sliding_one_body_is_heated_backwards(creepage):
         assert sign * float((rise * x).sum() / rise.sum()) > 0.3
 
 
+@pytest.mark.slow
 def test_expansion_passes_smoothly_through_a_body_at_rest():
     """The table of a body at rest has an arbitrary constant, which must not show: ξ = 2 lies between ξ = 2 ∓ 1e-4."""
     slow, rest, back = (

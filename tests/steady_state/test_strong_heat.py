@@ -122,6 +122,7 @@ def partly_sliding(grid, creepage=(0.003, 0.0), extent=2.2, speed=600.0, spin=0.
     return replace(problem, numerics=replace(problem.numerics, extent=extent))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius_y", [0.03, pytest.param(0.09, marks=pytest.mark.slow)])
 def test_the_domain_follows_a_contact_that_moves(radius_y):
     """Heat draws the contact to its trailing side. On the domain that follows it errors are less than half of those on one that

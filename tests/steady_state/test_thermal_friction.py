@@ -146,6 +146,7 @@ def test_full_sliding_is_a_linear_problem():
     )
 
 
+@pytest.mark.slow
 def test_steeper_slopes_give_less_force_and_heat_down_to_the_floor():
     slopes = [0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0]
     results = [solved(warm(slope=s, minimum=0.4)) for s in slopes]
@@ -171,6 +172,7 @@ def test_first_order_in_the_slope():
     assert 0.8 < (forces[0] - forces[1]) / (1e-4 * 0.3 * lost * area) < 1.05
 
 
+@pytest.mark.slow
 def test_cost():
     """Outer iterations of friction alone ≤ 8; with deformation at most 4 more than without falling friction."""
     assert solved(warm(grid=32)).work["iterations"]["warm_friction_iterations"] <= 8
@@ -322,7 +324,7 @@ LOCOMOTIVE = replace(
     numerics=Numerics(grid=(24, 24)))  # fmt: skip
 
 
-@pytest.mark.parametrize(("series", "slope"), [(2, -0.19 / 1200), (4, 0.19 / 400)])
+@pytest.mark.parametrize(("series", "slope"), [(2, -0.19 / 1200), pytest.param(4, 0.19 / 400, marks=pytest.mark.slow)])
 def test_forces_and_temperatures_agree_with_contact(series: int, slope: float):
     """CONTACT's errors fall like √h, so its values are extrapolated in that. The speeds of both bodies differ here, and not
     there: the mean of both temperatures is compared."""
