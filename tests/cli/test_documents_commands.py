@@ -50,7 +50,7 @@ SMALLER = (
 """What is replaced in the commands: more would only take longer."""
 WITH_TESTS = ("commands", "ci", "import", "measured_profiles", "record_over_time", "sweeps_and_tables")
 """Pages whose commands have a test of their own, which looks at what they write."""
-LONG = ("bearing", "examples", "polymers", "surfaces", "track", "wheelset")
+LONG = ("article", "bearing", "examples", "history", "polymers", "surfaces", "track", "wheelset")
 """Other pages whose commands take seconds."""
 SCRIPTS = ("wheelset",)
 """Pages with scripts that begin from a result of a contact."""
@@ -131,6 +131,7 @@ def session(block: str) -> Iterator[tuple[str, str]]:
         yield command, shown
 
 
+@pytest.mark.slow
 def test_readme_and_recipes(place: Path) -> None:
     """The README's minute is among the commands, which run as printed. It is installed already; the rest of that block runs."""
     install, minute = blocks("README", "sh")
@@ -153,6 +154,7 @@ def test_readme_and_recipes(place: Path) -> None:
     assert (place / "creep" / "sweep.csv").read_text().count("\n") == 1 + 2
 
 
+@pytest.mark.slow
 def test_scripts_and_ci(place: Path) -> None:
     """The workflow has the commands of the page, and finds a drift that is there."""
     recipe, limits, scripts = (smaller(block) for block in blocks("ci", "sh"))

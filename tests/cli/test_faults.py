@@ -78,6 +78,7 @@ def writing(folder: Path, step: str, *arguments: str) -> Iterator[subprocess.Pop
         process.communicate()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "code", "step"), [
     pytest.param("SIGHUP", 129, "replace", marks=pytest.mark.slow), ("SIGKILL", -9, "fsync")])
 def test_signals_while_a_file_is_written(name: str, code: int, step: str, folder: Path) -> None:
@@ -160,6 +161,7 @@ assert "locked" in done.stderr and "bug" not in done.stderr and "Traceback" not 
 """
 
 
+@pytest.mark.slow
 def test_read_only_folder(shared: Path) -> None:
     """In a process of its own: who has become somebody else may be unable to come back, to the folder to begin with."""
     (shared / "case.toml").write_text(MECHANICAL.replace("grid = 16", "grid = 8"))
@@ -248,6 +250,7 @@ SWEEP = ("sweep", "case.toml", "--over", "load.normal_N=60,65")
 """Which draws one picture."""
 
 
+@pytest.mark.slow
 def test_no_terminal_and_no_home_at_all(folder: Path) -> None:
     """As started by cron: a session without a terminal, nothing on standard input, hardly any environment."""
     done = subprocess.run(

@@ -123,6 +123,7 @@ def test_a_run_stops_with_the_code_of_the_signal(tmp_path: Path) -> None:
     assert not (tmp_path / "results").exists() or not list((tmp_path / "results").iterdir())
 
 
+@pytest.mark.slow
 def test_a_table_in_several_processes_stops_and_keeps_its_journal(tmp_path: Path) -> None:
     """The signal reaches the first process alone, which ends the others."""
     small = ("--aspect", "1", "--accuracy", "1e-2", "--nodes", "8,7,7", "--checks", "100", "-o", "table.h5")

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.support.command_line import MECHANICAL, environment
 
 ELSEWHERE = """\
@@ -19,12 +21,13 @@ warnings.filterwarnings("ignore", "only soft file lock is available")  # fileloc
 """
 
 
-def test_nothing_needs_linux(tmp_path: Path) -> None:
+@pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.slow)])
+def test_nothing_needs_linux(jobs: str, tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "sitecustomize.py").write_text(ELSEWHERE)
     (tmp_path / "case.toml").write_text(MECHANICAL)
     sweep = ("sweep", "case.toml", "--over", "creepage.longitudinal=0.001:0.002:3", "--no-plots", "-o", "out", "-q")
-    commands = (("run", "case.toml", "--no-plots", "-q"), (*sweep, "--jobs", "2"), (*sweep, "--resume"))
+    commands = (("run", "case.toml", "--no-plots", "-q"), (*sweep, "--jobs", jobs), (*sweep, "--resume"))
     program = f"from thermoroll_cli.cli.main import main; print(*(main([*words]) for words in {commands!r}))"
     elsewhere = environment({"PYTHONPATH": str(tmp_path / "elsewhere")})
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=elsewhere, capture_output=True, text=True)

@@ -170,6 +170,7 @@ def test_sweeps(tmp_path: Path) -> None:
     assert sum(tag == "tr" for tag, _ in page.elements) == 4 and sum(tag == "img" for tag, _ in page.elements) == 1
 
 
+@pytest.mark.slow
 def test_conicity(tmp_path: Path) -> None:
     cases = Path(__file__).parents[2] / "cases"
     assert call("conicity", cases / "manchester.toml", "--no-plots", "--report", "-q", "-o", tmp_path).returncode == 0
@@ -178,6 +179,7 @@ def test_conicity(tmp_path: Path) -> None:
     assert page.text.index("Warning. the contact of the left wheel") < page.text.index("Pictures")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_pictures")
 def test_fits_and_wear(tmp_path: Path) -> None:
     case(MECHANICAL, tmp_path)

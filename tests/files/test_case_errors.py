@@ -163,7 +163,8 @@ OVER_TIME = {"distance_mm": [0.0, 20.0], "values": {"wheelset.lateral_shift_mm":
 
 
 @pytest.mark.parametrize(("name", "more"), [
-    ("manchester", {"history": OVER_TIME}), ("crossing", {}), ("angular_contact", {}), ("dent", {})])
+    pytest.param("manchester", {"history": OVER_TIME}, marks=pytest.mark.slow), ("crossing", {}), ("angular_contact", {}),
+    ("dent", {})])
 def test_what_is_missing_or_no_table_is_an_error_of_the_case(name: str, more: dict[str, Any], monkeypatch) -> None:
     """Checks find tables missing that were invalid: nothing else is raised."""
     monkeypatch.chdir(ROOT / "cases")

@@ -69,7 +69,7 @@ def with_fields(result: Result, **fields: Any) -> Result:
 
 
 @pytest.mark.parametrize(("options", "missing"), [
-    ({}, set()), ({"heat": False}, {"heat_flux", "temperature"}),
+    *(pytest.param(*row, marks=pytest.mark.slow) for row in (({}, set()), ({"heat": False}, {"heat_flux", "temperature"}))),
     ({"tangential": False}, {"heat_flux", "temperature", "traction"}),
 ])
 def test_stages_that_were_skipped_have_no_picture(options: dict[str, Any], missing: set[str]) -> None:
@@ -77,6 +77,7 @@ def test_stages_that_were_skipped_have_no_picture(options: dict[str, Any], missi
     assert [kind for kind in KINDS if figure(result, kind) is not None] == [name for name in ALL if name not in missing]
 
 
+@pytest.mark.slow
 def test_a_stored_result_gives_the_same_pictures(tmp_path: pathlib.Path) -> None:
     result = synthetic.result((24, 20), aspect=1.5)
     write_result(tmp_path / "r.h5", result)

@@ -69,6 +69,7 @@ def test_the_conicity_of_the_measured_wheelset_is_that_of_its_page() -> None:
     assert found.conicity == pytest.approx([value], abs=rounding)
 
 
+@pytest.mark.slow
 def test_numbers_of_the_readme() -> None:
     result = solve(Case.parse(template_text("wheel-rail")))
     shown = re.findall(r"^  (\w+) +([\d.]+) ± ([\d.]+)", page("README"), re.MULTILINE)

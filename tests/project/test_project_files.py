@@ -119,6 +119,7 @@ def test_metadata_is_complete() -> None:
     assert f"version: {thermoroll_cli.__version__}\n" in citation and "license: BSD-3-Clause\n" in citation
 
 
+@pytest.mark.slow
 def test_the_source_distribution_has_everything(tmp_path: Path) -> None:
     """All that is under version control: documents, cases, tests with their data, scripts; and a wheel the cases of the
     documents. Built without a network."""

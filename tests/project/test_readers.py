@@ -36,6 +36,7 @@ def test_the_reader_in_c_finds_the_forces_of_the_table(tmp_path: Path) -> None:
         assert found[3] == pytest.approx(float(exact.stick_fraction), abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("gfortran") is None, reason="no Fortran compiler")
 def test_the_reader_in_fortran_interpolates_the_points_of_contact(tmp_path: Path) -> None:
     case = ROOT / "cases" / "manchester.toml"

@@ -30,6 +30,7 @@ def cases() -> list[StressCase]:
     return [stress_case(seed, small=True) for seed in range(CASES)]
 
 
+@pytest.mark.slow
 def test_a_case_beyond_the_limit_keeps_the_invariants() -> None:
     case = Case.parse(HOT + '[thermal]\npeclet = "stationary"\n')
     done = POPULATIONS["contacts"].check(StressCase(-1, case, case.problem, 1.0))
@@ -49,6 +50,7 @@ def test_a_force_is_excused_where_friction_across_carries_less_alone() -> None:
     assert carries_less(replace(less, problem=too_much))
 
 
+@pytest.mark.slow
 def test_contacts_converge_with_little_work_and_keep_the_invariants(cases: list[StressCase]) -> None:
     solved = [*(case for case in cases[:SOLVED] if case.below_limit), cases[BEYOND]]
     outcomes = [POPULATIONS["contacts"].check(case) for case in solved]
@@ -59,10 +61,10 @@ def test_contacts_converge_with_little_work_and_keep_the_invariants(cases: list[
 @pytest.mark.parametrize(("population", "seeds"), [
     ("falling friction", (2,)),  # one solution from every start
     ("rising friction", (0,)),
-    ("friction from zero", (500, 508)),  # one that stays below the slip from which friction rises
     ("yielding interlayers", (0,)),
     ("bodies that relax", (0,)),
-    ("coatings", (1,)),
+    *(pytest.param(*row, marks=pytest.mark.slow) for row in (
+        ("friction from zero", (500, 508)), ("coatings", (1,)))),  # one that stays below the slip from which friction rises
 ])
 def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds: tuple[int, ...]) -> None:
     chosen = POPULATIONS[population]
@@ -82,6 +84,7 @@ def test_drawn_cases_converge_and_keep_the_invariants(population: str, seeds: tu
     assert all(outcome.converged and not outcome.broken for outcome in outcomes), list(map(str, outcomes))
 
 
+@pytest.mark.slow
 def test_one_driver_reports_every_population_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """What a file keeps is not solved again; what misses a target is told, and is the exit code."""
     kept = tmp_path / "outcomes.jsonl"
