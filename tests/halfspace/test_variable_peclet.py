@@ -29,17 +29,12 @@ def true_error(tables, weights, peclets):
 
 
 @pytest.mark.parametrize("kind", TABLES)
-@pytest.mark.parametrize(
-    ("nx", "ny", "aspect", "peclet_max", "tolerance"),
-    [
-        (16, 16, 1.0, 10.0, 1e-3),
-        (2, 1, 1.0, 1.0, 1e-5),
-        (20, 20, 1.0, 1e-13, 1e-5),
-        *(pytest.param(*row, marks=pytest.mark.slow) for row in (
-            (16, 16, 1.0, 0.05, 1e-5), (16, 16, 1.0, 1.0, 1e-5), (24, 24, 1.0, 10.0, 1e-7), (12, 30, 0.2, 300.0, 1e-5),
-            (16, 16, 1.0, 2e5, 1e-5), (60, 24, 5.0, 30.0, 1e-5))),
-    ],
-)
+@pytest.mark.parametrize(("nx", "ny", "aspect", "peclet_max", "tolerance"), [
+    (16, 16, 1.0, 10.0, 1e-3), (2, 1, 1.0, 1.0, 1e-5), (20, 20, 1.0, 1e-13, 1e-5),
+    *(pytest.param(*row, marks=pytest.mark.slow) for row in (
+        (16, 16, 1.0, 0.05, 1e-5), (16, 16, 1.0, 1.0, 1e-5), (24, 24, 1.0, 10.0, 1e-7), (12, 30, 0.2, 300.0, 1e-5),
+        (16, 16, 1.0, 2e5, 1e-5), (60, 24, 5.0, 30.0, 1e-5))),
+])
 def test_error_is_below_the_tolerance_and_honest(kind, nx, ny, aspect, peclet_max, tolerance):
     tables, weights = variable_peclet_tables(nx, ny, aspect, peclet_max, kind, tolerance)
     assert tables.shape == (weights.terms, 2 * nx - 1, 2 * ny - 1)

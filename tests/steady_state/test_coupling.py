@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ import pytest
 from scripts.references.estimate_references import problem_of
 from tests.support.convolution import convolved
 from tests.support.errors import relative
-from tests.support.scenes import STEEL, article_4_1, divided_heats, on_grid, order, reference, rolling, solved
+from tests.support.scenes import STEEL, article_4_1, divided_heats, on_grid, reference, rolling, solved
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 from thermoroll_cli.one_contact.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.physics.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
@@ -51,13 +50,10 @@ def slip_length(fields, result: Result) -> float:
 # --- the article's case -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("speed", "heat", "gamma_p", "gamma_c", "edge", "peak", "slip"),
-    [
-        pytest.param(120.5, (6.79, 6.72), 1.144, 0.907, -0.925, 1.30, (1.475, 1.28), marks=pytest.mark.slow),
-        (200.0, (11.3, 11.07), 1.261, 0.851, -0.875, 1.57, (1.475, 1.20)),
-    ],
-)
+@pytest.mark.parametrize(("speed", "heat", "gamma_p", "gamma_c", "edge", "peak", "slip"), [
+    pytest.param(120.5, (6.79, 6.72), 1.144, 0.907, -0.925, 1.30, (1.475, 1.28), marks=pytest.mark.slow),
+    (200.0, (11.3, 11.07), 1.261, 0.851, -0.875, 1.57, (1.475, 1.20)),
+])
 def test_both_heat_scales_of_the_model_match_an_independent_program(speed, heat, gamma_p, gamma_c, edge, peak, slip):
     """Two heat scales, row by row: Q_F, γ_p, γ_c, leading edge, peak heat flux ratio, slip length on y = 0."""
     result = solved(article_4_1(128, speed))
@@ -87,26 +83,12 @@ def test_contact_area_and_peak_pressure_hardly_depend_on_the_grid(n, area, peak)
     assert abs(s["gamma_c"] / FINE_AREA - 1.0) <= relative(result)["gamma_c"] <= 8.0 * area
 
 
-def test_heat_moves_the_contact_towards_the_trailing_edge():
-    """Both pressure peak and temperature peak lie downstream of the middle; the trailing edge hardly moves."""
-    result = solved(HOT)
-    a0 = DerivedQuantities(HOT).hertz.semi_axis_x
-    assert result.x[np.argmax(central_row(result, "pressure"))] > 0.02 * a0
-    assert result.x[np.argmax(central_row(result, "temperature_rise_lower"))] > 0.1 * a0
-    inside = np.flatnonzero(central_row(result, "pressure"))
-    assert result.x[inside[-1]] == pytest.approx(a0, abs=0.03 * a0)
-
-
-@pytest.mark.parametrize(
-    "problem",
-    [
-        on_grid(HOT, 20),
-        rolling(grid=(16, 20), creepage=(0.002, 0.002), spin=5.0, speed=120.0, heating=Heating(peclet="stationary")),
-        rolling(grid=20, creepage=(0.05, 0.02), speed=80.0, heating=Heating()),
-        rolling(grid=16, body=replace(STEEL, expansion=1e-7), creepage=(0.003, 0.0), heating=Heating(deformation="always")),
-    ],
-    ids=["article", "mixed", "rolling", "weak"],
-)
+@pytest.mark.parametrize("problem", [
+    on_grid(HOT, 20),
+    rolling(grid=(16, 20), creepage=(0.002, 0.002), spin=5.0, speed=120.0, heating=Heating(peclet="stationary")),
+    rolling(grid=20, creepage=(0.05, 0.02), speed=80.0, heating=Heating()),
+    rolling(grid=16, body=replace(STEEL, expansion=1e-7), creepage=(0.003, 0.0), heating=Heating(deformation="always")),
+], ids=["article", "mixed", "rolling", "weak"])
 def test_expansion_and_temperature_are_those_of_the_heat_flux(problem, monkeypatch):
     """The circle of Fig. 2 closed once more by a plain FFT convolution, from the result's fields and how the heat flux changes
     within elements. Heat that is too weak to move the contact by the tolerance of the fixed point has its expansion, and the
@@ -205,31 +187,20 @@ def test_what_the_plan_calls_negligible_is_negligible():
         assert hot[name] == pytest.approx(cold[name], rel=1.1e-3), name
 
 
-@pytest.mark.parametrize(
-    ("problem", "stage", "reason"),
-    [
-        (rolling(grid=32, creepage=(0.003, 0.0)), "heat", "mechanical"),
-        (rolling(grid=32, creepage=(0.003, 0.0), heating=Heating(deformation=False)), "deformation", "switched off"),
-        (rolling(grid=32, heating=Heating()), "tangential", "no creepage"),
-        (rolling(grid=32, heating=Heating()), "heat", "nothing rubs"),
-        (rolling(grid=32, creepage=(0.003, 0.0), friction=0.0, heating=Heating()), "tangential", "no friction"),
-        (rolling(grid=32, creepage=(0.003, 0.0), heating=Heating()), "deformation", "thermal expansion"),
-    ],
-)
+@pytest.mark.parametrize(("problem", "stage", "reason"), [
+    (rolling(grid=32, creepage=(0.003, 0.0)), "heat", "mechanical"),
+    (rolling(grid=32, creepage=(0.003, 0.0), heating=Heating(deformation=False)), "deformation", "switched off"),
+    (rolling(grid=32, heating=Heating()), "tangential", "no creepage"),
+    (rolling(grid=32, heating=Heating()), "heat", "nothing rubs"),
+    (rolling(grid=32, creepage=(0.003, 0.0), friction=0.0, heating=Heating()), "tangential", "no friction"),
+    (rolling(grid=32, creepage=(0.003, 0.0), heating=Heating()), "deformation", "thermal expansion"),
+])
 def test_without_feedback_both_states_are_one_object(problem, stage, reason):
     result = solved(problem)
     assert result.converged, result.reason
     assert result.coupled is result.isothermal
     assert reason in result.work["skipped"][stage]
     assert "coupling_iterations" not in result.work["iterations"]
-
-
-def test_realistic_rolling_hardly_bulges():
-    """Table 1 with κ = 10 mm²/s: about 1e-4 of the approach, found out in advance."""
-    result = solved(rolling(grid=32, creepage=(0.003, 0.0), heating=Heating()))
-    s = result.coupled.scalars
-    assert "deformation" in result.work["skipped"]
-    assert 2e-5 < s["thermal_displacement_max_um"] / s["approach_um"] < 5e-4
 
 
 # --- the domain ---------------------------------------------------------------------------------------------------
@@ -258,19 +229,3 @@ def test_elements_of_the_border_that_come_and_go_are_no_limit_of_the_heat():
     assert result.converged, result.reason
     assert result.coupled.scalars["gamma_p"] == pytest.approx(case["reference"]["gamma_p"], rel=1e-3)
     assert result.coupled.scalars["force_y_N"] == pytest.approx(case["reference"]["force_y_N"], rel=3e-3)
-
-
-@pytest.mark.slow
-def test_coupled_state_converges_with_the_grid():
-    """Errors against N = 192 of the hot case: γ_p and the area at second order, ΔT at first or better."""
-    sides = [32, 48, 64, 96]
-    limit = solved(on_grid(HOT, 192)).coupled.scalars
-
-    def errors(name: str) -> list[float]:
-        return [solved(on_grid(HOT, n)).coupled.scalars[name] / limit[name] - 1.0 for n in sides]
-
-    assert (np.abs(errors("gamma_p")) < 0.3 / np.square(sides)).all(), errors("gamma_p")
-    assert (np.abs(errors("gamma_c")) < 2.0 / np.square(sides)).all(), errors("gamma_c")
-    assert order(sides, errors("temperature_rise_max_lower_K")) > 1.0
-    assert abs(errors("Q_F_W")[-1]) < 3e-4
-    assert math.isfinite(limit["thermal_displacement_max_um"])

@@ -333,26 +333,6 @@ def test_forces_are_those_of_contact(name):
     assert result.of_problem["hertz_p0_MPa"] == pytest.approx(case["hertz_frictionless"]["p0_MPa"], rel=1e-9)
 
 
-@pytest.mark.slow
-def test_differences_shrink_under_refinement():
-    def worst(grid, to):
-        return max(
-            abs(solved(name, grid).coupled.scalars[key] - to(name, key)) / contact_case(name, grid).traction_limit
-            for name in CASES for key in ("force_x_N", "force_y_N")
-        )  # fmt: skip
-
-    def finest(name, key):
-        return solved(name, 128).coupled.scalars[key]
-
-    def contact(name, key):
-        return reference("contact_dissimilar")["cases"][name]["extrapolated"][key]
-
-    changes = [worst(grid, finest) for grid in (16, 32, 64)]
-    assert changes == sorted(changes, reverse=True)
-    assert changes[2] < 0.3 * changes[0]
-    assert worst(128, contact) < worst(64, contact) + 5e-4 < worst(16, contact)
-
-
 # --- bodies that are not different -------------------------------------------------------------------------------
 
 
@@ -393,13 +373,6 @@ def test_without_friction_the_pressure_is_hertz():
 
 
 # --- what must hold for every state ------------------------------------------------------------------------------
-
-
-def test_free_rolling_runs_without_creepage():
-    plan = make_plan(contact_case("free_rolling", 32))
-    assert {"elastic coupling", "tangential"} <= set(plan.run)
-    assert "normal (isothermal)" not in plan.skipped
-    assert plan.facts["dundurs_beta"] > 0.1
 
 
 @pytest.mark.parametrize("name", sampled(CASES, 3))

@@ -100,17 +100,6 @@ def test_no_force_under_spin_needs_a_lateral_creepage(aspect):
     assert abs(s["creepage_longitudinal"]) < 1e-5 * s["creepage_lateral"]
 
 
-def test_prescribed_force_with_the_other_creepage_and_spin_given():
-    base = rolling(grid=N, creepage=(None, 5e-4), force=(10.0, None), spin=3.0)
-    result = solved(base)
-    s = result.coupled.scalars
-    assert s["force_x_N"] == pytest.approx(10.0, abs=1e-6 * base.traction_limit)
-    assert s["creepage_lateral"] == 5e-4
-    back = solved(replace(base, motion=Motion(1.0, s["creepage_longitudinal"], 5e-4, 3.0)))
-    for name in ("force_x_N", "force_y_N"):
-        assert back.coupled.scalars[name] == pytest.approx(s[name], abs=2e-5 * base.traction_limit)
-
-
 @pytest.mark.parametrize("force", [(25.0, None), (None, -19.6), (14.0, 14.0)])
 def test_forces_beyond_the_friction_limit_are_refused_before_solving(force):
     creepage = tuple(0.0 if f is None else None for f in force)

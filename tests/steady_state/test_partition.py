@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.cases import findings, parse
+from tests.support.cases import parse
 from tests.support.command_line import THERMAL
 from tests.support.documents import printed
 from tests.support.errors import relative
@@ -65,22 +65,14 @@ class Disc:
 # --- the linear problem -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("n", [48])
-@pytest.mark.parametrize(
-    ("lower", "upper"),
-    [
-        (body(0.0), body(1.0)),
-        (body(0.0), body(300.0, 2.0)),
-        (body(18.0), body(18.1)),
-        (body(18.0), body(-18.0)),
-        (body(5.0, 20.0, 8e-6), body(400.0)),
-        (body(3.0, sideways=2.0), body(3.0, sideways=-2.0)),
-        (body(2e4), body(1e4, 1.0, 1e-7)),
-    ],
-)
-def test_surfaces_are_equally_warm_inside_the_contact(n, lower, upper):
+@pytest.mark.parametrize(("lower", "upper"), [
+    (body(0.0), body(1.0)), (body(0.0), body(300.0, 2.0)), (body(18.0), body(18.1)), (body(18.0), body(-18.0)),
+    (body(5.0, 20.0, 8e-6), body(400.0)), (body(3.0, sideways=2.0), body(3.0, sideways=-2.0)),
+    (body(2e4), body(1e4, 1.0, 1e-7)),
+])
+def test_surfaces_are_equally_warm_inside_the_contact(lower, upper):
     """Mismatch ≤ 1e-5 of the peak (1e-3 is asked for), heat conserved to rounding, 3 to 14 applications (30 allowed)."""
-    disc = Disc(n)
+    disc = Disc(48)
     partition, mismatch = disc.match(lower, upper)
     assert mismatch < 1e-5 and partition.mismatch < 1e-5
     assert 2 <= partition.applications <= 14
@@ -428,9 +420,5 @@ def test_keys_of_the_case_file():
     assert heating.conducts and heating.bulk_difference == 55.0
     default = parse(THERMAL).problem.heating
     assert (default.partition, default.bulk_lower, default.bulk_upper, default.conducts) == (0.5, 0.0, 0.0, False)
-    (finding,) = findings(THERMAL, "thermal.bulk_temperature_upper_K=60")
-    assert finding.key == "thermal.bulk_temperature_upper_K" and 'partition = "matched"' in finding.allowed
     both = parse(THERMAL, "thermal.bulk_temperature_upper_K=60", "thermal.bulk_temperature_lower_K=60")
     assert not both.problem.heating.conducts
-    (finding,) = findings(THERMAL, "thermal.bulk_temperature_upper_K=1e5")
-    assert "from -10000 to 10000, in K" in finding.allowed

@@ -244,13 +244,6 @@ def test_plan_tells_before_solving_what_will_be_done():
         assert not set(other.run) & set(other.skipped)
 
 
-def test_a_domain_smaller_than_the_contact_is_grown_with_a_warning():
-    result = solved(rolling(grid=32, creepage=(1e-3, 0.0), extent=1.5))
-    assert result.converged
-    assert result.work["extent"] > 2.0
-    assert any("extent" in w for w in result.warnings)
-
-
 @pytest.mark.parametrize("wanted", sampled([2e-2, 2e-3]))
 def test_accuracy_picks_the_grid(wanted):
     """Coarse where little is asked for; the scalars are then as good as that, against a fine grid."""

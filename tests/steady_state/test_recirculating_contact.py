@@ -93,14 +93,11 @@ def test_a_crown_that_does_not_matter_is_skipped_and_said_so():
     assert plan.facts["expected_bulk_temperature_lower_K"] > 0.0
 
 
-@pytest.mark.parametrize(
-    ("problem", "word"),
-    [
-        (wheel_on_rail(partition=0.5), "fixed thermal.partition"),
-        (twin_disc(lower_track=ReturningTrack(0.003, resistance=1.0)), "wider than the body"),
-        (wheel_on_rail(upper_track=ReturningTrack(0.135, convection=1e4)), "Biot"),
-    ],
-)
+@pytest.mark.parametrize(("problem", "word"), [
+    (wheel_on_rail(partition=0.5), "fixed thermal.partition"),
+    (twin_disc(lower_track=ReturningTrack(0.003, resistance=1.0)), "wider than the body"),
+    (wheel_on_rail(upper_track=ReturningTrack(0.135, convection=1e4)), "Biot"),
+])
 def test_warnings(problem, word):
     assert any(word in warning for warning in make_plan(problem).warnings)
 

@@ -160,17 +160,6 @@ def test_steps_converge_at_first_order() -> None:
 
 
 @pytest.mark.slow
-def test_grids_converge() -> None:
-    def passes(side: int) -> float:
-        wear = replace(TWIN_DISC.wear, step_fraction=0.03, depth=2.28e-6)
-        return list(evolution(replace(TWIN_DISC, numerics=Numerics(grid=(side, side)), wear=wear)))[-1].distance
-
-    fine = passes(64)
-    errors = [abs(passes(side) - fine) for side in (16, 32)]
-    assert math.log2(errors[0] / errors[1]) > 1.5 and errors[1] < 1e-3 * fine
-
-
-@pytest.mark.slow
 def test_steps_beyond_the_limit_are_unstable(monkeypatch: pytest.MonkeyPatch) -> None:
     """A depth well beyond the stable one makes neighbouring rows wear in turn."""
     def roughness() -> float:
