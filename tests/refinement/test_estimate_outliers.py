@@ -29,8 +29,6 @@ SLOW_OUTLIERS = (
     ("coverage of random contacts", 5081, 32, 24.0),  # two peaks of pressure between unlike bodies that agreed by accident
     ("coverage of contacts", 4223, 64, 13.0),  # a small spin moment under strong heat
     ("coverage of strength and wear", 41003, 32, 197.0),  # shakedown governed by the surface on finer grids only
-    ("coverage of strength and wear", 940000018, 32, 9.5),  # stresses that only fall with depth
-    ("coverage of stresses in coatings", 777015, 32, 8.4),  # a shear range that is largest in a coating on finer grids only
 )
 
 
