@@ -15,7 +15,7 @@ from tests.support.errors import relative
 from thermoroll_cli.cli.tables import scalar_table
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, PROBLEM_SCALARS, SCALARS
-from thermoroll_cli.problem.scalar_errors import MISMATCHES, number, rounded, with_error
+from thermoroll_cli.problem.scalar_errors import MISMATCHES, isothermal_text, number, rounded, with_error
 
 CASE = (
     THERMAL.replace("grid = 16", "grid = 20").replace("longitudinal = 0.003", "lateral = 0.001\nspin_rad_mm = 0.002")
@@ -144,4 +144,6 @@ def test_numbers_of_a_column_are_written_alike() -> None:
 def test_a_value_beside_another_has_its_digits() -> None:
     assert [rounded(value, 1.2) for value in (265.9843, 0.04, math.nan)] == ["266.0", "0", "–"]
     assert rounded(0.0, 1.5e-5) == "0"
+    failed = {"pressure_max_MPa": 2e4, "isothermal.pressure_max_MPa": 898.6, "uncertainty.pressure_max_MPa": 5e4}
+    assert isothermal_text("pressure_max_MPa", failed) == "900", "not 0: the error is that of the coupled state"
     assert rounded(6.18712e-4, 1.3e-6) == "6.187e-4" and rounded(2.5, math.nan) == "2.5"

@@ -476,5 +476,5 @@ def test_a_map_or_a_curve_is_drawn_on_axes_of_the_caller() -> None:
     assert drawn == pytest.approx(1e-6 * float(result.coupled.fields["pressure"].max()))
     with pytest.raises(ValueError, match="there is no picture 'presure'"):
         result.plot("presure", ax=left)
-    with pytest.raises(ValueError, match="there is no picture 'summary'"):
+    with pytest.raises(ValueError, match="'summary' has several diagrams: on axes of yours go pressure"):
         result.plot("summary", ax=left)

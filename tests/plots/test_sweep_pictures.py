@@ -108,6 +108,12 @@ def test_quantities_of_either_sign_keep_theirs(names: tuple[str, str]) -> None:
     assert all("max." in label for label, shown in DIAGRAMS.items() if len(shown) > 1)
 
 
+def test_diagrams_above_each_other_have_the_same_axis() -> None:
+    """Also where one knows fewer points: only the lowest have numbers."""
+    columns = table(force_x_N=[math.nan, 15.0, 14.0, 13.0] * 2, contact_area_mm2=[1.0, 2.0, 3.0, 4.0] * 2)
+    assert len({axes.get_xlim() for axes in drawn(columns, OVER).axes if axes.get_visible()}) == 1
+
+
 def test_both_bodies_are_drawn_where_they_differ() -> None:
     """Each stress belongs to the depth of its own body."""
     stress, depth = ([f"von_mises_{what}_{body}" for body in ("lower", "upper")] for what in ("max", "depth"))
@@ -128,6 +134,9 @@ def test_a_force_given_as_zero_has_no_diagram_of_its_noise() -> None:
     assert not any("creep force" in axes.get_ylabel() for axes in drawn(columns, OVER).axes)
     columns["force_x_N"] = [value * 1e6 for value in columns["force_x_N"]]
     assert any("creep force" in axes.get_ylabel() for axes in drawn(columns, OVER).axes)
+    # A symmetry that the grid keeps to a hundred thousandth of what friction carries.
+    columns["uncertainty.force_x_N"] = [1e-2] * 8
+    assert not any("creep force" in axes.get_ylabel() for axes in drawn(columns, OVER).axes)
 
 
 def test_a_map_is_of_one_body() -> None:

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from matplotlib.figure import Figure
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from tests.support.errors import relative
@@ -191,5 +192,13 @@ def test_pictures(full: Path, tmp_path: Path) -> None:
         assert picture.axes[0].get_ylim()[0] > picture.axes[0].get_ylim()[1], "z points into the body"
     (path,) = draw(result, tmp_path / "full", kinds=["subsurface_lower"])
     assert path.name == "full_subsurface_lower.png" and path.stat().st_size > 20_000
-    assert figure(replace(result, subsurface=None), "subsurface_lower") is None
+    without = replace(result, subsurface=None)
+    assert figure(without, "subsurface_lower") is None
+    axes = Figure().add_subplot()
+    result.plot("subsurface_lower", ax=axes)
+    place, *_ = axes.get_lines()
+    body = result.bodies["lower"]
+    assert place.get_ydata()[0] / axes.get_ylim()[0] == pytest.approx(body.most_stressed.z / body.depths[-1])
+    with pytest.raises(ValueError, match=r"no table \[subsurface\]"):
+        without.plot("subsurface_lower", ax=axes)
     assert {f"subsurface_{body}" for body in ("lower", "upper")} <= set(KINDS)

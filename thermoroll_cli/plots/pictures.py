@@ -15,10 +15,11 @@ from thermoroll_cli.plots.maps import field_figure, flow_label, map_on
 from thermoroll_cli.plots.profile_figures import profile_figure
 from thermoroll_cli.plots.run_frame import RunFrame, frame_of
 from thermoroll_cli.plots.style import applied, save
-from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, strength_figure, subsurface_figure
+from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, strength_figure, stress_map_on, subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.plots.surface_figure import surface_figure
 from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
+from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.tools.process import safe_point
 
@@ -48,6 +49,9 @@ KINDS: dict[str, Draw] = {
 show: where a stage was skipped, or a field vanishes everywhere."""
 
 
+STRESS_MAPS = {f"subsurface_{body}": body for body in BODIES}
+
+
 def kinds_of(result: Result) -> tuple[str, ...]:
     """The pictures that a run draws."""
     return tuple(result.kind.answer.pictures or KINDS)
@@ -74,11 +78,18 @@ def draw_on(axes: Axes, result: Result, kind: str = "", *, normalised: bool = Fa
     """Draw a quantity of the last state of a contact on the caller's `axes`: its map with borders and a colour bar, of the
     hotter body where they differ, of a line contact its curve over x.
 
-    `kind` is one of the maps of `figure`, by default the pressure. Raises ValueError for another picture, for an assembly, and
-    where there is nothing to show."""
+    `kind` is one of the maps of `figure`, by default the pressure; "subsurface_lower" and "subsurface_upper" are the map of the
+    von Mises stress alone. Raises ValueError for another picture, for an assembly, and where there is nothing to show."""
     if result.assembly:
         raise ValueError("an assembly has pictures of several diagrams: draw one of its contacts on axes of your own")
-    quantity, frame = _quantity(kind or "pressure"), frame_of(result, normalised)
+    frame = frame_of(result, normalised)
+    if kind in STRESS_MAPS:
+        stress_map_on(axes, frame, STRESS_MAPS[kind])
+        return
+    if kind in KINDS and kind not in QUANTITIES:
+        raise ValueError(f"the picture {kind!r} has several diagrams: on axes of yours go "
+                         f"{', '.join((*QUANTITIES, *STRESS_MAPS))}, and fields")
+    quantity = _quantity(kind or "pressure")
     if frame.line and (curves := curves_of(frame, quantity)):
         draw_diagram(axes, frame, quantity, curves)
         axes.set_xlabel(flow_label(frame))

@@ -33,17 +33,12 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     stresses = frame.result.bodies.get(body)
     if stresses is None:
         return None
-    factor, unit, over, note = _of_stress(frame, stresses)
-    stress = AxisScale(factor, unit, "von Mises stress", rf"$\sigma_\mathrm{{vM}}{over}$")
-    interfaces = [face for face in getattr(frame.result.problem, body).interfaces if face < stresses.depths[-1]]
-    y, stress_plane = _plane(frame, stresses, "von_mises", stresses.plane_y if interfaces else stresses.most_stressed.y)
+    _, _, over, note = _of_stress(frame, stresses)
+    stress, interfaces = _von_mises(frame, stresses), _interfaces(frame, body)
     rows = 1 + (stresses.hottest is not None) + bool(interfaces)
     figure = style.new_figure(style.DOUBLE, (58.0 * rows + 15.0) * style.MM)
     grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.15, 1.0))
-    _draw_plane(grid[0, 0], frame, stresses, stress_plane, "viridis", stress)
-    peak, (x, _) = stresses.most_stressed, frame.lengths
-    grid[0, 0].plot(peak.x * x.factor, peak.z * x.factor, "x", color="white", markersize=5.0, markeredgewidth=1.2,
-                    clip_on=False, label="largest stress", path_effects=[withStroke(linewidth=2.6, foreground="black")])
+    x, y = frame.lengths[0], stress_map_on(grid[0, 0], frame, body)
     _draw_lines(grid[0, 1], frame, stresses, "von_mises", stress)
     grid[0, 1].set_xlim(left=0.0)
     if stresses.hottest is not None:
@@ -84,6 +79,31 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     frame.add_headline(figure, ", ".join(filter(None, (f"{body} body", frame.place_words(y), note))))
     style.add_legend(figure, [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]])
     return figure
+
+
+def stress_map_on(axes: Axes, frame: RunFrame, body: str) -> float:
+    """Draw the von Mises stress on the plane of rolling through its maximum, or the one that is kept, on `axes`, with a colour
+    bar and the largest stress marked; returns the plane's y. Raises ValueError where the problem does not ask for this body."""
+    stresses, x = frame.result.bodies.get(body), frame.lengths[0]
+    if stresses is None:
+        raise ValueError(f"there are no stresses in the {body} body: the case has no table [subsurface], or not this body")
+    y, plane = _plane(frame, stresses, "von_mises",
+                      stresses.plane_y if _interfaces(frame, body) else stresses.most_stressed.y)
+    _draw_plane(axes, frame, stresses, plane, "viridis", _von_mises(frame, stresses))
+    peak = stresses.most_stressed
+    axes.plot(peak.x * x.factor, peak.z * x.factor, "x", color="white", markersize=5.0, markeredgewidth=1.2, clip_on=False,
+              label="largest stress", path_effects=[withStroke(linewidth=2.6, foreground="black")])
+    return y
+
+
+def _interfaces(frame: RunFrame, body: str) -> list[float]:
+    """Depths of interfaces between layers that the picture reaches."""
+    return [face for face in getattr(frame.result.problem, body).interfaces if face < frame.result.bodies[body].depths[-1]]
+
+
+def _von_mises(frame: RunFrame, stresses: BodyStresses) -> AxisScale:
+    factor, unit, over, _ = _of_stress(frame, stresses)
+    return AxisScale(factor, unit, "von Mises stress", rf"$\sigma_\mathrm{{vM}}{over}$")
 
 
 def _of_stress(frame: RunFrame, stresses: BodyStresses) -> tuple[float, str, str, str]:

@@ -127,6 +127,10 @@ def sweep_figure(
             if words:
                 for line in axes.get_lines():
                     line.set_linestyle("none")
+        # Only the lowest have numbers, also where one of them knows fewer points.
+        ends = np.array([axes.get_xlim() for axes in grid.flat[:len(diagrams)]])
+        for axes in grid.flat[:len(diagrams)]:
+            axes.set_xlim(ends[:, 0].min(), ends[:, 1].max())
         style.add_legend(figure, handles)
     style.add_headline(figure, title, note="theories: smooth bodies, constant friction" if compare else "")
     return figure
@@ -171,17 +175,23 @@ def is_logarithmic(values: Column) -> bool:
 def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], over: Sequence[str]) -> bool:
     """Whether one of the scalars is worth showing, and not 0 everywhere; a creepage, a shift or a number of spots if it
     changes, a ratio to Hertz's contact if it changes and is not 1 within its error everywhere: without anything that acts back
-    it shows the grid alone."""
+    it shows the grid alone. A force that is 0 within a small error everywhere is that of a symmetry, as the grid has it."""
     ratio = names[0].startswith(("gamma_c", "gamma_p"))
     wanting = ratio or names[0].startswith(("creepage", "shift", "contact_spots"))
 
     def says_nothing(name: str) -> bool:
         values, errors = finite(name, points), finite(UNCERTAINTY + name, points)
-        one = len(errors) == len(values) and all(abs(value - 1.0) <= error for value, error in zip(values, errors, strict=True))
-        return is_steady(values) or (ratio and one)
 
-    return any(worth_showing(name, points, over) and any(finite(name, points)) and not (wanting and says_nothing(name))
-               for name in names)
+        def is_everywhere(known: float) -> bool:
+            return len(errors) == len(values) and all(abs(value - known) <= error
+                                                      for value, error in zip(values, errors, strict=True))
+
+        if name in ANY_FORCES:
+            limits = finite(known_as("friction_limit_N", points[0]), points)
+            return is_everywhere(0.0) and max(errors, default=0.0) <= style.VISIBLE * max(limits, default=0.0)
+        return wanting and (is_steady(values) or (ratio and is_everywhere(1.0)))
+
+    return any(worth_showing(name, points, over) and any(finite(name, points)) and not says_nothing(name) for name in names)
 
 
 def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.bool_]) -> Iterator[Line]:

@@ -344,7 +344,7 @@ class Result:
         - `normalised`: the article's dimensionless quantities (p/p0, x/a0, …);
         - `cut_y`: the line y of the picture "centreline", in m;
         - `ax`: axes of yours, on which the map of one quantity in the last state is drawn with its colour bar (by default the
-          pressure; of a line contact its curve); their figure is returned.
+          pressure; of a line contact its curve; "subsurface_lower": the von Mises stress); their figure is returned.
 
         Raises ValueError for an unknown kind (the message lists them), for a cut outside the domain, and if there is nothing to
         show, as the temperature of a problem without heat."""

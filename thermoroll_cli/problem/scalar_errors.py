@@ -214,7 +214,9 @@ def isothermal_text(name: str, row: Mapping[str, Any]) -> str:
     isothermal = {**row, **{key.removeprefix(ISOTHERMAL): value for key, value in row.items() if key.startswith(ISOTHERMAL)}}
     if name in MISMATCHES:
         return number(isothermal[name], MISMATCH_DIGITS)
-    return "0" if is_noise(name, isothermal) else rounded(isothermal[name], _number(row, UNCERTAINTY + name))
+    # The error is that of the coupled state, which in a failed one may exceed all that is known of this.
+    error = min(_number(row, UNCERTAINTY + name), 0.1 * abs(isothermal[name]))
+    return "0" if is_noise(name, isothermal) else rounded(isothermal[name], error)
 
 
 def with_error(value: float, error: float) -> str:
