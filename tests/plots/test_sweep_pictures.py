@@ -139,6 +139,19 @@ def test_a_force_given_as_zero_has_no_diagram_of_its_noise() -> None:
     assert not any("creep force" in axes.get_ylabel() for axes in drawn(columns, OVER).axes)
 
 
+def test_a_force_per_length_counts_over_its_own_limit() -> None:
+    """Of a contact and a line contact in one sweep each has an axis of F/(μW) of its own."""
+    half = [math.nan] * 4
+    columns = table(force_x_N=[10.0, 15.0, 19.0, 20.0, *half], friction_limit_N=[20.0] * 4 + half,
+                    force_x_N_mm=[*half, 1.0, 2.0, 3.0, 4.0], friction_limit_N_mm=[*half, *[4.0] * 4])
+    figure = drawn(columns, OVER)
+    for unit, limit in (("N", 20.0), ("N/mm", 4.0)):
+        axes = diagram(figure, f"creep force $F_x$ ({unit})")
+        right, = (child for child in axes.child_axes)
+        figure.draw_without_rendering()
+        assert axes.get_ylim() == pytest.approx([limit * end for end in right.get_ylim()])
+
+
 def test_a_map_is_of_one_body() -> None:
     places = [(speed, load) for speed in range(1, 7) for load in range(1, 6)]
     columns: dict[str, list[Any]] = {

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from scipy.interpolate import PchipInterpolator
 
 from thermoroll_cli.plots import style
@@ -15,6 +16,8 @@ from thermoroll_cli.tools.arrays import Array
 
 POINTS: dict[str, Any] = {"fmt": "o", "color": "black", "markersize": 3.0, "elinewidth": 0.7, "capsize": 1.5, "zorder": 3}
 """Look of measured points."""
+MEASURED = Line2D([], [], linestyle="none", marker="o", color="black", markersize=3.0, label="measured")
+"""The same in a legend."""
 
 
 def fit_figure(

@@ -22,7 +22,7 @@ from thermoroll_cli.exact.kalker import THEORIES, CreepageCoefficients, fastsim,
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.problem.columns import CASE
-from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, ISOTHERMAL, UNCERTAINTY, UNITS, known_as, unit_end
+from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, ISOTHERMAL, UNCERTAINTY, UNITS, unit_end
 from thermoroll_cli.problem.scalar_errors import ANY_FORCES, FORCES, STEADY, finite, is_steady, worth_showing
 
 Column = NDArray[np.float64]
@@ -57,7 +57,8 @@ class Line(NamedTuple):
 
 
 def sweep_figure(
-    table: Table, over: Sequence[str], *, title: str = "", compare: Sequence[str] = (), only: Sequence[str] = ()
+    table: Table, over: Sequence[str], *, title: str = "", compare: Sequence[str] = (), only: Sequence[str] = (),
+    also: Sequence[Artist] = (),
 ) -> Figure:
     """The scalars of `table` (a column per name, a value per point) against the first quantity of `over`.
 
@@ -66,7 +67,7 @@ def sweep_figure(
     `isothermal.` are dashed where they differ visibly. Points whose `status` is not "converged" are left out and marked. The
     axis is logarithmic where the values are spaced so. Quantities that do not change or were not computed get no diagram. Creep
     forces stand beside those of the theories to `compare` with. Columns that are named are drawn `only`, a diagram each, those
-    without a number left out.
+    without a number left out. The legend has the artists `also`.
 
     Raises ValueError: nothing swept, an unknown theory, or a table that lacks what it needs, or all that is to be drawn.
     """
@@ -131,7 +132,7 @@ def sweep_figure(
         ends = np.array([axes.get_xlim() for axes in grid.flat[:len(diagrams)]])
         for axes in grid.flat[:len(diagrams)]:
             axes.set_xlim(ends[:, 0].min(), ends[:, 1].max())
-        style.add_legend(figure, handles)
+        style.add_legend(figure, [*handles, *also])
     style.add_headline(figure, title, note="theories: smooth bodies, constant friction" if compare else "")
     return figure
 
@@ -187,11 +188,16 @@ def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], ov
                                                       for value, error in zip(values, errors, strict=True))
 
         if name in ANY_FORCES:
-            limits = finite(known_as("friction_limit_N", points[0]), points)
+            limits = finite(_limit_of(name), points)
             return is_everywhere(0.0) and max(errors, default=0.0) <= style.VISIBLE * max(limits, default=0.0)
         return wanting and (is_steady(values) or (ratio and is_everywhere(1.0)))
 
     return any(worth_showing(name, points, over) and any(finite(name, points)) and not says_nothing(name) for name in names)
+
+
+def _limit_of(force: str) -> str:
+    """The friction limit of a creep force, of which a sweep over contacts and line contacts has both."""
+    return "friction_limit_N_mm" if force.endswith("_mm") else "friction_limit_N"
 
 
 def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.bool_]) -> Iterator[Line]:
@@ -270,7 +276,7 @@ def _draw_diagram(
         height = 0.04 + 0.3 * place / max(len(failed), 6)
         axes.plot(line.missed, np.full(line.missed.size, height), "x", markersize=4.0,
                   color=line.colour if len(lines) > 1 else style.ALERT, transform=axes.get_xaxis_transform())
-    limits = table.get(known_as("friction_limit_N", table), np.empty(0))
+    limits = table.get(_limit_of(names[0]), np.empty(0))
     limits = limits[np.isfinite(limits)]
     if names[0] in ANY_FORCES and limits.size and 0.0 <= np.ptp(limits) <= STEADY * limits[0]:
         # An axis at the right with the force over μW, which is the same for all points.
@@ -368,9 +374,10 @@ def places(values: Sequence[Any]) -> tuple[Column, list[str]]:
 
 
 def rows_of(table: Numbers) -> list[dict[str, float]]:
-    """The rows of the columns that hold numbers."""
+    """The rows of the table, each with what it has a number of: of several cases one may have it per length."""
     known = [name for name, column in table.items() if np.isfinite(column).any()]
-    return [dict(zip(known, values, strict=True)) for values in zip(*(table[name].tolist() for name in known), strict=True)]
+    return [{name: value for name, value in zip(known, values, strict=True) if math.isfinite(value)}
+            for values in zip(*(table[name].tolist() for name in known), strict=True)]
 
 
 def errors(table: Numbers, name: str) -> Column:

@@ -611,7 +611,7 @@ def per_length(scalars: Mapping[str, Numbers]) -> dict[str, Numbers]:
 def known_as(name: str, row: Iterable[str]) -> str:
     """The name under which `row` has a scalar: its own, or in a line contact that per length."""
     of_length = PER_LENGTH.get(name, name)
-    return of_length if of_length in row else name
+    return of_length if of_length in row and name not in row else name
 
 
 WEAR_COLUMNS = {

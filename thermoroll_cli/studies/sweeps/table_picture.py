@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from thermoroll_cli.plots import style
-from thermoroll_cli.plots.fit_figures import mark_measured
+from thermoroll_cli.plots.fit_figures import MEASURED, mark_measured
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.columns import CASE, CONVERGED, Columns
@@ -78,7 +78,8 @@ def draw_table(
             measured = measured.in_newtons([load for load, status in zip(columns[name], columns["status"], strict=True)
                                             if status == CONVERGED], name)  # fmt: skip
             shown = [*dict.fromkeys((*shown, *measured.values))] if only else ()
-        figure = sweep_figure(columns, over, title=table.title, compare=compare, only=shown)
+        figure = sweep_figure(columns, over, title=table.title, compare=compare, only=shown,
+                              also=[MEASURED] if measured is not None else [])
         if measured is not None:
             if missing := mark_measured(figure, measured.varied[over[0]], measured.values, measured.deviations):
                 raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
