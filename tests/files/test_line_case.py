@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
+from tests.support.documents import ROOT
 from thermoroll_cli import Case, CaseError, read_result, solve
 from thermoroll_cli.cli.cases import template_text
 from thermoroll_cli.files.case_schema import case_schema
@@ -152,31 +153,7 @@ def refused(content: dict[str, Any]) -> set[str]:
 
 
 HEATED = {"conductivity_W_mK": 50.0, "expansion_um_mK": 11.0, "diffusivity_mm2_s": 12.0}
-TURNS = {"recirculate": True, "convection_W_m2K": 50.0}
-LAW = {"law": "exponential", "limit_coefficient": 0.04, "half_slip_m_s": 0.001}
-WARM = {"bulk_temperature_lower_K": 5.0, "bulk_temperature_upper_K": 5.0}
-SAMPLES: dict[str, dict[str, dict[str, Any]]] = {
-    "thermal": {"heat": {"heat": True}, "deformation": {"deformation": False}, "peclet": {"peclet": "stationary"},
-                "partition": {"partition": 0.4}, "bulk_temperature_lower_K": WARM, "bulk_temperature_upper_K": WARM,
-                "lower": {"lower": TURNS}, "upper": {"upper": TURNS}},
-    "friction": {"law": LAW, "limit_coefficient": LAW, "half_slip_m_s": LAW, "memory_um": {**LAW, "memory_um": 1.0},
-                 "memory_slip_mm_s": {**LAW, "memory_um": 1.0, "memory_slip_mm_s": 2.0},
-                 "table": {"law": "table", "table": [[0.0, 0.06], [0.01, 0.05]]},
-                 "temperature_slope_1_K": {"temperature_slope_1_K": 1e-3}, "temperature_start_K": {"temperature_start_K": 1.0},
-                 "temperature_minimum_factor": {"temperature_minimum_factor": 0.2},
-                 "temperature_maximum_factor": {"temperature_maximum_factor": 1.5}},
-    "layer": {"compliance_um_GPa": {"compliance_um_GPa": 0.1}, "yield_MPa": {"yield_MPa": 10.0},
-              "hardening_MPa_um": {"compliance_um_GPa": 0.1, "yield_MPa": 10.0, "hardening_MPa_um": 1.0}},
-    "subsurface": {key: {"layers": 6, **given} for key, given in {
-        "bodies": {"bodies": ["lower"]}, "depth_mm": {"depth_mm": 0.1}, "layers": {}, "thermal": {"thermal": False},
-        "fields": {"fields": "full"}}.items()},
-    "strength": {"lower": {"lower": {"shear_yield_MPa": 300.0}}, "upper": {"upper": {"dang_van_coefficient": 0.2}}},
-    "wear": {key: {"lower": {"specific_wear_rate_mm3_Nm": 1e-6}, **given} for key, given in {
-        "lower": {}, "upper": {"upper": {"specific_wear_rate_mm3_Nm": [[0.1, 1e-6], [1.0, 2e-6]]}},
-        "distance_km": {"distance_km": 1.0}, "depth_um": {"depth_um": 1.0}, "step_um": {"step_um": 1.0},
-        "smoothing_mm": {"smoothing_mm": 1.0}, "density_kg_m3": {"density_kg_m3": 7800.0},
-        "step_fraction": {"step_fraction": 0.2}, "snapshots": {"snapshots": 5}}.items()},
-}
+SAMPLES = json.loads((ROOT / "tests" / "reference" / "tables_with_each_key.json").read_text())
 """A table with each key."""
 OF_OTHERS = {"friction": {"over_angle", "across", "left", "right"}, "wear": {"positions", "positions_file"}}
 """Keys of bodies with profiles and of wheelsets, which also other contacts with radii refuse."""

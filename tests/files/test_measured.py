@@ -20,6 +20,7 @@ from scripts.measured import (
     roller_rig_angles,
     twin_disc,
 )
+from tests.support.scenes import reference
 from thermoroll_cli import Case, solve
 
 GRID = 16
@@ -74,3 +75,16 @@ def test_an_interlayer_may_be_taken_from_the_slope() -> None:
     a, b = (slow[0].of_problem[f"hertz_{axis}_mm"] * 1e-3 for axis in "ab")
     interlayer = 8.0 / 3.0 * a**2 * b * (flexibility[0] - flexibility[1])
     assert interlayer == pytest.approx(rig.problem.interlayer.compliance, rel=0.15)
+
+
+@pytest.mark.slow
+def test_measured_creep_forces_of_a_locomotive() -> None:
+    """Parameters were fitted to these points by others: this checks the form of the model and the program, not a prediction."""
+    measured = reference("friction_eurosprinter_measured")
+    train = case("eurosprinter", 32)
+    creepages = measured["ours"]["creepage"][::2]
+    forces = [solve(train.with_values({"creepage.longitudinal": c})).coupled.scalars["force_x_N"] / 106700 for c in creepages]
+    points = np.array(measured["points"])
+    model = np.interp(points[:, 0], creepages, forces)
+    assert np.sqrt(np.mean((points[:, 1] - model) ** 2)) <= 0.030
+    assert forces == pytest.approx(measured["ours"]["Fx_over_W"][::2], abs=4e-4)

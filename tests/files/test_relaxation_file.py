@@ -78,22 +78,6 @@ def test_units_and_separators_mean_the_same(tmp_path: Path, header: str, unit: f
     assert np.array(second.content) == pytest.approx(np.array(first.content), rel=1e-6)
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("frequency_Hz,storage_GPa\n1,2\n", "no column loss_GPa"),
-    ("", "a table of measured moduli needs a header line"),
-    ("f,storage_GPa,loss_GPa\n1,2,3\n", "no column frequency_Hz"),
-    ("frequency_Hz,storage_GPa,loss_GPa\n1,2,x\n", "line 2: loss is no number"),
-    ("frequency_Hz,storage_GPa,loss_GPa\n1,2\n", "line 2: 2 values for 3 columns"),
-    ("frequency_Hz,storage_GPa,loss_GPa\n1,2,-1\n", "must be positive"),
-    ("frequency_Hz,storage_GPa,loss_GPa\n1,2,1\n", "has 1 frequencies"),
-    ("frequency_Hz,storage_GPa,loss_GPa\n" + "".join(f"1e{k},1e{k},1e{k}\n" for k in range(-3, 4)), "still relaxes"),
-])
-def test_what_is_wrong_with_a_file(tmp_path: Path, text: str, message: str) -> None:
-    (tmp_path / "dma.csv").write_text(text)
-    with pytest.raises(ValueError, match=message):
-        read_series(tmp_path / "dma.csv")
-
-
 def test_a_case_with_a_file(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(CASE)
     (tmp_path / "dma.csv").write_text(measured())

@@ -248,22 +248,6 @@ def test_heat_at_rest_is_that_of_the_largest_force(jumps: bool) -> None:
     assert heats[1] == pytest.approx(heats[0], rel=2e-3)
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("time_s,load.normal_N\n0,1\n1,x\n", 'record.csv, line 3: load.normal_N is "x", not a number'),
-    ("time_s,load.normal_N\n0,1\n1,2\n0.5,2\n", "record.csv, line 4: time_s falls from 1 to 0.5"),
-    ("time_s,load.normal_kg\n0,1\n1,2\n", "the column load.normal_kg is no key"),
-    ("time_s,load.normal [lbf]\n0,1\n1,2\n", "the column load.normal cannot be in lbf"),
-    ("time_s,load.normal\n0,1\n1,2\n", "load.normal has no unit"),
-    (f"time_s,load.normal_N\n0,{'1' * 200000}\n1,2\n", "record.csv, line 2: a record over time cannot have this"),
-    ("load.normal_N\n1\n2\n", "neither distance_mm nor time_s"),
-    ("time_s,load.normal_N,load.normal [N]\n0,1,1\n1,2,2\n", "stands there twice"),
-])  # fmt: skip
-def test_what_is_wrong_with_a_record(tmp_path: Path, text: str, message: str) -> None:
-    with pytest.raises(CaseError, match=r"history\.file") as raised:
-        recorded(tmp_path, text)
-    assert message in raised.value.findings[0].message
-
-
 @pytest.mark.slow
 def test_elements_and_steps_until_every_row_is_accurate() -> None:
     """Every row is within the accuracy of a solution with six times the steps; a better accuracy takes more work."""

@@ -9,9 +9,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tests.support import synthetic
+from tests.support.command_line import MECHANICAL
 from tests.support.problems import STEEL, elastic, rolling
+from thermoroll_cli import Case
 from thermoroll_cli.plots import animation
 from thermoroll_cli.plots.maps import border_handles, colours_of
+from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.plots.run_frame import TEMPERATURE, frame_of
 from thermoroll_cli.plots.subsurface_figures import subsurface_figure
 from thermoroll_cli.problem.problem import Heating, Layer, SubsurfaceRequest
@@ -75,3 +78,13 @@ def test_largest_stresses_over_depth_are_those_of_the_plane() -> None:
     shear = np.hypot(plane["stress_xz"], plane["stress_yz"])
     for line, stress in zip(picture.axes[3].lines, (plane["von_mises"], shear), strict=False):
         np.testing.assert_allclose(np.asarray(line.get_xdata()), 1e-6 * stress.max(axis=1), rtol=1e-5)
+
+
+def test_the_map_of_friction_lies_between_both_coefficients() -> None:
+    law = {"friction.law": "exponential", "friction.limit_coefficient": 0.1, "friction.half_slip_m_s": 0.5}
+    plain, falling = (solve(Case.parse(MECHANICAL).with_values(values)) for values in ({}, law))
+    picture = figure(falling, "friction")
+    assert picture is not None
+    drawn = np.asarray(picture.axes[0].get_images()[0].get_array())
+    assert 0.1 <= drawn.min() < drawn.max() <= 0.3
+    assert figure(plain, "friction") is None

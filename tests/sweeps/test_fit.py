@@ -227,30 +227,6 @@ def test_forces_over_a_load_that_varies_need_it_beside_them():
     assert forces.values["force_x_N"].tolist() == [10.0, 40.0] and forces.deviations["force_x_N"].tolist() == [1.0, 4.0]
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("creepage.longitudinal,force_x_N\n1e-3,abc\n", "line 2"),
-    ("creepage.longitudinal,force_x_N\n1e-3,nan\n", "not finite"),
-    ("creepage.longitudinal,force_z_N\n1e-3,1\n", "did you mean"),
-    ("creepage.longitudinal\n1e-3\n", "no column is a measured scalar"),
-    ("creepage.longitudinal,force_x_N,force_x_N_error\n1e-3,1,0\n", "above 0"),
-    ("force_x_N,force_x_N\n1,2\n", "twice"),
-    ("creepage.longitudinal,force_x_N\n1e-3,100\n", "do not determine"),
-    ("creepage.longitudinal,force_x_N\n1e-3,0\n2e-3,0\n", "every measured value is 0"),
-    ("creepage.longitudinal,temperature_rise_max_lower_K\n1e-3,5\n2e-3,5\n", "line 2: temperature_rise_max_lower_K"),
-])
-def test_bad_data_name_file_and_line(tmp_path, monkeypatch, text, words):
-    monkeypatch.chdir(tmp_path)
-    Path("rig.toml").write_text(Case.from_dict(CASE).to_toml(), encoding="utf-8")
-    Path("data.csv").write_text(text, encoding="utf-8")
-    asked = ("fit", "rig.toml", "data.csv", "--free", KEYS[0], "--free", KEYS[1], "-o", "out")
-    done = invoke(*asked)
-    message = " ".join(done.stderr.replace("│", " ").split())
-    assert done.returncode == 3 and "data.csv" in message and words in message and "Usage" not in message
-    record = json.loads(invoke(*asked, "--json").stdout)
-    assert record["valid"] is False and record["case"] == "data.csv" and record["errors"]
-    assert not any(Path("out").glob("*"))
-
-
 @pytest.mark.parametrize(("free", "words"), [
     ("load.friction", "not a key"), ("numerics.grid", "not a key"), (f"{KEYS[0]}=2:1", "LOW must be below HIGH"),
     (f"{KEYS[0]}=0.6:0.9", "outside of its range"), ("creepage.lateral", "begins at 0"),

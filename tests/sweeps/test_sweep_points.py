@@ -171,25 +171,6 @@ def test_points_that_differ_in_labels_alone_are_solved_once(case: Path, tmp_path
     assert [json.loads(line)["over"]["angle_deg"] for line in again.stdout.splitlines()] == [-30, 0, 30]
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("path_mm,load.normal_N\n1,2\n", "the column path_mm is no key of a case"),
-    ("#Q_F_W,load.normal_N\n1,2\n", "a label cannot be called Q_F_W"),
-    ("", "a list of points needs a header line"), ("load.normal_N\n", "needs a header line"),
-    ("load.normal_N,load.normal_N\n1,2\n", "swept twice"),
-    ("load.normal_N,rolling.speed_m_s\n1,2\n3\n", "line 3: 1 values for 2 columns"),
-    ("load.normal_N,rolling.speed_m_s\n60,5,1,2\n", "where numbers have a comma, separate them by semicolons"),
-    ("load.normal_N;rolling.speed_m_s\n1;2\n;;;\n3;4\n", "line 3: a blank row between others"),
-    ("load.normal_N,rolling.speed_m_s\n1,2\n3,\n", "line 3: rolling.speed_m_s has no value"),
-    ("load.normal_N\n1\n2\n1\n", "line 4: the same point as in line 2"),
-    ("load.normal_N\n1\n?\n", "neither a number nor a word"),
-])
-def test_lists_that_are_refused(text: str, message: str, case: Path, tmp_path: Path) -> None:
-    (tmp_path / "points.csv").write_text(text)
-    done = call("sweep", case, "--points", tmp_path / "points.csv", "-o", tmp_path / "out")
-    assert (done.returncode, message in done.stderr) == (2, True), done.stderr
-    assert not (tmp_path / "out").exists()
-
-
 def test_words_are_swept_and_a_point_of_a_list_is_named(case: Path, tmp_path: Path) -> None:
     case.write_text(THERMAL)
     done = call("sweep", case, "--over", "thermal.peclet=rolling,stationary", "-o", tmp_path, "--set", "numerics.grid=8")

@@ -203,22 +203,6 @@ def test_positions_from_a_file(tmp_path: Path) -> None:
         assert Case.parse(case.to_toml()) == Case.from_json(case.to_json()) == case
 
 
-@pytest.mark.parametrize(("content", "words"), [
-    ("weight,wheelset.yaw_mrad\n", "a table of positions needs a header line"),
-    ("wheelset.yaw_mrad\n1\n", "header line with weight"),
-    ("weight,a,a\n1,2,3\n", "each once"),
-    ("weight,wheelset.yaw_mrad\n1,2\n0,2\n", "line 3: the weight must be a number above 0, not 0"),
-    ("weight,wheelset.yaw_mrad\n,2\n", "not nothing"),
-    ("weight,wheelset.yaw_mrad\ninf,2\n", "not inf"),
-    ("weight,wheelset.yaw_mrad\n1\n", "1 values for 2 columns"),
-    ("weight,wheelset.yaw_mrad\n1,[2]\n", "wheelset.yaw_mrad must be a number or a word"),
-])  # fmt: skip
-def test_files_that_are_no_positions_are_errors(tmp_path: Path, content: str, words: str) -> None:
-    with pytest.raises(CaseError) as caught:
-        from_file(tmp_path, content)
-    assert words in str(caught.value) and "wear.positions_file" in str(caught.value)
-
-
 @pytest.mark.slow
 def test_errors_cover_shorter_steps() -> None:
     """The worn area and the depth: the outline becomes more conformal from step to step."""
