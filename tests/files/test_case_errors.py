@@ -60,16 +60,6 @@ def test_missing_keys_stand_at_their_table() -> None:
     assert finding.line_text == "[load]"
 
 
-@pytest.mark.parametrize("name", ["material", "geometry", "load", "thermal", "numerics", "output"])
-def test_tables_must_be_tables(name: str) -> None:
-    table = MECHANICAL.find(f"[{name}]")
-    end = MECHANICAL.find("\n[", table + 1)
-    text = f"{name} = 3\n" + (MECHANICAL if table < 0 else MECHANICAL[:table] + (MECHANICAL[end:] if end > 0 else ""))
-    (finding,) = findings(text)
-    assert finding.message == "must be a table"
-    assert finding.span == Span(1, len(name) + 4, 1)
-
-
 def test_all_errors_at_once_in_the_order_of_the_file() -> None:
     text = THERMAL.replace("= 0.28", "= 0.6").replace("normal_N", "normal_kN").replace("speed_m_s = 1.0", "speed_m_s = nan")
     text += "[outputs]\nplots = true\n"

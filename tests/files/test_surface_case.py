@@ -178,21 +178,7 @@ def test_a_case_with_surfaces_is_shown_and_comes_back(tmp_path: Path) -> None:
     assert [finding.key for finding in caught.value.findings] == ["surface.lower.0.checksum"]
 
 
-SDF = """aISO-1.0
-ManufacID   = thermoroll
-CreateDate  = 010120200000
-ModDate     = 010120200000
-NumPoints   = 20
-NumProfiles = 12
-Xscale      = 2.0E-06
-Yscale      = 3.0E-06
-Zscale      = 1.0E-12
-Zresolution = -1
-Compression = 0
-DataType    = 5
-CheckType   = 0
-*
-"""
+SDF = (Path(__file__).parents[1] / "reference" / "synthetic_profiles" / "header.sdf").read_text()
 
 
 @pytest.mark.parametrize("ending", ["sdf", "xyz", "x3p", "nc"])

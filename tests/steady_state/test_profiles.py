@@ -281,14 +281,6 @@ def test_prescribed_forces_and_matched_heat():
     assert result.coupled.scalars["temperature_rise_max_lower_K"] > 5.0
 
 
-def test_accuracy_picks_a_grid():
-    base = rolling(grid=16, geometry=GEOMETRIES["b_asymmetric_c3_2e-4"], body=elastic(0.3), load=2e4, creepage=(1.5e-3, 5e-4))
-    problem = replace(base, numerics=replace(base.numerics, grid=None, accuracy=3e-3))
-    result = solved(problem)
-    assert result.converged, result.reason
-    assert 32 <= result.work["grid"][0] <= 128
-
-
 @pytest.mark.slow
 def test_neighbours_of_a_sweep_with_and_without_the_same_profile():
     one = rolling(grid=16, geometry=GEOMETRIES["b_asymmetric_c3_2e-4"], body=elastic(0.3), load=2e4, creepage=(1.5e-3, 5e-4))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import re
@@ -20,7 +19,6 @@ from tests.support.errors import relative
 from tests.support.wheelsets import ROOT, case_named, contact_cases, facing_beside, outline_points
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.many_contacts.wheelset.patch_surface import section
 from thermoroll_cli.many_contacts.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import WheelsetProblem
@@ -313,29 +311,6 @@ def test_a_wheel_costs_little_more_than_its_patches(shift, first, following):
     alone, _ = transforms(lambda: [solve(patch.problem) for patch in result.patches])
     assert result.converged and moved.converged and len(result.patches) == (2 if shift == 5.0 else 1)
     assert whole <= first * alone and after <= following * alone
-
-
-@pytest.mark.slow
-def test_a_sweep_over_the_shift(tmp_path):
-    """Rows with the whole and each patch, a file for each point, and a picture; `--resume` finds all of them."""
-    (tmp_path / "m.toml").write_text(STANDING)
-    arguments = ("sweep", tmp_path / "m.toml", "--over", "wheelset.lateral_shift_mm=3.9,4", "--set", "numerics.grid=12", "-o",
-                 tmp_path / "out", "--json")
-    swept = call(*arguments)
-    assert swept.returncode == 0, swept.stderr
-    rows = [json.loads(line) for line in swept.stdout.splitlines()]
-    assert [row["over"] for row in rows] == [{"wheelset.lateral_shift_mm": 3.9}, {"wheelset.lateral_shift_mm": 4}]
-    assert rows[1]["rolling_radius_difference_mm"] > 0.5 and (tmp_path / "out" / "sweep.png").exists()
-    with open(tmp_path / "out" / "sweep.csv", encoding="utf-8") as stream:
-        table = list(csv.DictReader(stream))
-    assert float(table[1]["left_1.y_rail_mm"]) == rows[1]["patches"][0]["y_rail_mm"]
-    assert float(table[1]["right_1.uncertainty.normal_N"]) == rows[1]["patches"][1]["uncertainty"]["normal_N"]
-    point = read_result(tmp_path / "out" / rows[1]["files"][0].rpartition("/")[2])
-    assert point.contacts[1].name == "right_1" and point.contacts[1].fields["pressure"].max() > 1e8
-    again = call(*arguments, "--resume", "--no-plots")
-    assert "2 of 2 points are finished already" in again.stderr
-    plotted = call("plot", tmp_path / "out" / "sweep.csv", "-o", tmp_path / "again")
-    assert plotted.returncode == 0, plotted.stderr
 
 
 def test_other_commands_say_what_they_take(tmp_path):

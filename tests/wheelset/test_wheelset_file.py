@@ -195,12 +195,17 @@ def test_python_takes_it_as_any_result(stored: Result, tmp_path: Path) -> None:
     assert here.converged and there.converged and there.case_json != here.case_json
 
 
-@pytest.mark.slow
-def test_a_sweep_of_scalars_has_columns_of_patches_with_units(tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(WORN.to_toml())
-    done = call("sweep", "m.toml", "--over", "wheelset.lateral_shift_mm=4,5", "-o", ".", "--scalars-only", "-q", "--no-plots",
+def test_a_sweep_has_columns_of_patches_with_units(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(WORN.with_values({"thermal.heat": False}).to_toml())
+    done = call("sweep", "m.toml", "--over", "wheelset.lateral_shift_mm=4,5", "-o", ".", "--scalars-only", "-q", "--json",
                 cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0 and (tmp_path / "sweep.png").exists(), done.stderr
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    with open(tmp_path / "sweep.csv", encoding="utf-8") as stream:
+        table = list(csv.DictReader(stream))
+    assert rows[1]["over"] == {"wheelset.lateral_shift_mm": 5} and rows[1]["rolling_radius_difference_mm"] > 0.5
+    assert float(table[1]["left_1.y_rail_mm"]) == rows[1]["patches"][0]["y_rail_mm"]
+    assert float(table[1]["right_1.uncertainty.normal_N"]) == rows[1]["patches"][1]["uncertainty"]["normal_N"]
     with h5py.File(tmp_path / "sweep.h5") as file:
         assert file["right_2.normal_N"].attrs["units"] == b"N" and math.isnan(file["right_2.normal_N"][0])
         assert file["right_1.uncertainty.normal_N"].attrs["units"] == b"N" and file["right_1.uncertainty.normal_N"][1] > 0.0
