@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 import pathlib
 import re
+import tempfile
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -17,6 +18,7 @@ from thermoroll_cli import Case, solve
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.studies.sweeps.table_picture import draw_table
 
 ROOT = pathlib.Path(__file__).parents[1]
 SENTENCES = 3
@@ -24,9 +26,9 @@ JOBS = {
     "Wheels and rails": {
         "wheel_rail": "traction", "wheel_rail_sliding": "track", "worn_rail": "profile", "two_point": "profile",
         "eurosprinter": "traction", "manchester": "section", "measured_wheelset": "section", "wheelset_wear": "section",
-        "vt_fra_roller_rig": "traction", "corrugation": "traction", "crossing": "gap", "wheel_flat": "gap"},
+        "vt_fra_roller_rig": "traction", "corrugation": "history", "crossing": "gap", "wheel_flat": "gap"},
     "Bearings and coatings": {
-        "angular_contact": "bearing", "ball_bearing": "summary", "ball_in_groove": "traction", "crowned_roller": "profile",
+        "angular_contact": "loads", "ball_bearing": "summary", "ball_in_groove": "traction", "crowned_roller": "profile",
         "coated_ball": "subsurface_upper", "coated_ball_heat": "summary"},
     "Gears, discs and drives": {
         "gear_pair": "traction", "rolling_start": "history", "dent": "surface", "twin_disc": "track",
@@ -102,15 +104,20 @@ def summary(text: str) -> tuple[str, list[str]]:
 
 
 def picture(path: pathlib.Path, grid: int) -> bytes:
-    """The picture of what a case is about, on a `grid` per side; of a wheelset its section, or the gap from above."""
+    """The picture of what a case is about, on a `grid` per side."""
     kind = KINDS[path.stem]
     task = Case.read(path).with_values({"numerics.grid": grid}).task
-    file = io.BytesIO()
+    if isinstance(task, Problem) and not kind.startswith("subsurface"):
+        task = replace(task, subsurface=None)
+    result, file = solve(task), io.BytesIO()
+    if kind == "history":
+        assert result.history is not None, f"{path.stem} is over time"
+        with tempfile.TemporaryDirectory() as folder:
+            drawn = pathlib.Path(folder) / "history.png"
+            assert draw_table(result.history, drawn, dpi=100) == ""
+            return drawn.read_bytes()
     with style.applied():
-        if isinstance(task, Problem):
-            shown = figure(solve(task if kind.startswith("subsurface") else replace(task, subsurface=None)), kind)
-        else:
-            shown = figure(solve(task), kind if kind == "gap" else "")
+        shown = figure(result, kind)
         assert shown is not None, f"{path.stem} has a picture {kind}"
         shown.savefig(file, format="png", dpi=100)
     return file.getvalue()

@@ -20,6 +20,8 @@ from scripts.benchmark.contact import ratios
 from scripts.figures.figures_documents import claims, declared, markdown
 from tests.support.browser import opened
 from tests.support.command_line import PATIENCE
+from thermoroll_cli.files.case import Case
+from thermoroll_cli.plots.pictures import KINDS
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -98,6 +100,9 @@ def test_the_gallery_has_every_case() -> None:
     cases = sorted((ROOT / "cases").glob("*.toml"))
     sections = pages.gallery(cases, 16).split("\n## ")[1:]
     assert sorted(pages.KINDS) == [case.stem for case in cases]
+    for case in cases:
+        picture, kind = pages.KINDS[case.stem], Case.read(case).settings.kind
+        assert picture in (kind.answer.pictures or KINDS) or (picture == "history" and kind.journal)
     for stem, section in zip(pages.KINDS, sections, strict=True):
         assert f'id="{stem}"' in section and "\nthermoroll " in section and section.endswith(f"(gallery/{stem}.png)\n")
 

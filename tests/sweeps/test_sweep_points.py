@@ -146,6 +146,7 @@ def test_labels_of_points_are_columns_and_an_axis(case: Path, tmp_path: Path, mo
         ("0", "in", "18.0"), ("7", "out", "19.5")]
     assert "shear_" in done.stdout and drawn == [["path_mm", "shear_max_MPa", "force_x_N"]]
     assert call("plot", tmp_path / "sweep.csv", "--x", "load.normal_N").returncode == 0 and drawn[1] == ["load.normal_N"]
+    assert call("plot", tmp_path / "sweep.csv").returncode == 0 and drawn[2] == ["path_mm"], "the only label with numbers"
     again = call("plot", tmp_path / "sweep.csv", "--columns", "gamma_st,flash_temperature_max_lower_K")
     assert again.returncode == 0 and "flash_temperature_max_lower_K was not computed at any point" in again.stderr
     assert "did you mean force_x_N" in call("plot", tmp_path / "sweep.csv", "--columns", "force_x").stderr

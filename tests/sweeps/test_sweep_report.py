@@ -6,15 +6,18 @@ import csv
 import json
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from tests.support.command_line import MECHANICAL, call
-from thermoroll_cli.cli.tables import FAILED, wrapped
+from thermoroll_cli.cli.tables import FAILED, sweep_table, wrapped
 from thermoroll_cli.one_contact.refinement.solve import ContactSolver
 from thermoroll_cli.problem.scalar_errors import with_error, worth_showing
+from thermoroll_cli.studies.sweeps.points import Base, Points, parse_axes
 
 
 @pytest.fixture
@@ -74,6 +77,16 @@ def test_tables_fit_the_terminal(columns: int, case: Path, tmp_path: Path, monke
     done = call("sweep", case, *over, "-o", "out", "--no-plots", cwd=tmp_path)
     assert max(map(len, done.stdout.splitlines())) <= columns
     assert ("more in the file" in done.stdout) == (columns < 200)
+
+
+def test_what_reads_as_another_column_comes_last() -> None:
+    """The largest temperature of a wheelset is that of one of its bodies, and takes no room of the pressure."""
+    points = Points.of([Base(MECHANICAL, "", "spheres")], parse_axes(["load.normal_N=65,80"]))
+    rows = [SimpleNamespace(name=points.name(number), number=number, over=points.over(number), converged=True, cells=partial(
+        dict, unbounded="", temperature_rise_max_lower_K=5.0 * number, temperature_rise_max_K=5.0 * number,
+        Q_F_W=9.0 + number, pressure_max_MPa=600.0 + number, hertz_p0_MPa=600.0 + number)) for number in (1, 2)]  # fmt: skip
+    printed = printed_columns("\n".join(sweep_table(rows, points, 60)))
+    assert "pressure_max_MPa" in printed and "temperature_rise_max_K" not in printed
 
 
 def test_a_narrow_table_shows_what_changes_most(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -172,16 +172,19 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int, asked: Sequence
     constant = [name for name, known in values.items()
                 if len(known) == len(rows) > 1 and len(set(map(number, known))) == 1 and name not in wanted]
 
+    texts = {name: [_with_error(name, row) for row in cells] for name in values if name not in constant}
+    first_of = {tuple(column): name for name, column in reversed(texts.items())}
+
     def rank(name: str) -> tuple[int, bool, float]:
-        """First what is asked for; last what says nearly the same as another column, of the lower body or of the force; else
-        by how much it changes."""
+        """First what is asked for; last what says the same as another column, or nearly: as that of the lower body, or the
+        force; else by how much it changes."""
         known = values[name]
-        return (wanted.index(name) if name in wanted else len(wanted), "_upper_" in name or name in OVER_LIMIT,
+        alike = "_upper_" in name or name in OVER_LIMIT or first_of[tuple(texts[name])] != name
+        return (wanted.index(name) if name in wanted else len(wanted), alike,
                 -(max(known) - min(known)) / (max(map(abs, known)) or 1.0))
 
     first = _column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])
-    left = {name: _column(name, [_with_error(name, row) for row in cells])
-            for name in sorted((name for name in values if name not in constant), key=rank)}
+    left = {name: _column(name, texts[name]) for name in sorted(texts, key=rank)}
     block = [first, *(_column(key, alike([swept_text(row.over[key]) for row in rows])) for key in swept)]
     least = max(len(wanted), min(LEAST_SCALARS, len(left)))
     shown = 0

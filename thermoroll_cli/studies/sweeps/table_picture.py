@@ -38,9 +38,9 @@ def draw_table(
     measured: Measured | None = None, x: str = "", only: Sequence[str] = (),
 ) -> str:
     """Draw the scalars over the column `x` of what was varied, or over the key with most numbers, or over words, a curve for
-    each combination of the others, of which one is the case; those of a list over the number of the point where several keys
-    vary, those of a history over the distance rolled or over time. Of scalars that are named, `only` these are drawn. Returns
-    why there is no picture, or nothing.
+    each combination of the others, of which one is the case; where several keys vary in a list, over its only label with
+    numbers, or over the number of the point; those of a history over the distance rolled or over time. Of scalars that are
+    named, `only` these are drawn. Returns why there is no picture, or nothing.
 
     Creep forces stand beside those of the theories to `compare` with, `measured` points over all; `dpi` is the resolution of
     PNG files. Raises OSError, and ValueError for what cannot be compared, or drawn: measured over another key, or of no
@@ -55,7 +55,11 @@ def draw_table(
         return f"more than {MOST_DRAWN} points"
     by_number = table.over == ("point",) and len(varying) > 1
     first = [max(numeric, key=lambda key: len(set(columns[key])))] if numeric else []
-    over = ["point", *cases] if by_number else [*first, *(key for key in reversed(varying) if key not in first), *cases]
+    # Where the points of a list lie: its only label with numbers, all of them different, else their number.
+    labels = [key for key in numeric if "." not in key]
+    only_label = len(labels) == 1 and len(set(columns[labels[0]])) == len(set(columns["point"]))
+    numbered = labels if only_label else ["point"]
+    over = [*(numbered if by_number else [*first, *(key for key in reversed(varying) if key not in first)]), *cases]
     if table.of_history:
         over = [table.place]
     if x:
