@@ -41,7 +41,7 @@ MOST_SECONDS = 40.0
 """Estimated seconds on one core up to which elements and steps are doubled for an accuracy."""
 APPLICATION_SECONDS = 8e-4, 4.5e-7
 """Seconds of an application of the tangential operator with its share of a step, and more of them for each element."""
-TABLE_SECONDS, EXPANSION_SECONDS = (1e-4, 5e-8), (2.5e-4, 1e-6)
+TABLE_SECONDS, EXPANSION_SECONDS = (4e-4, 2e-7), (1e-4, 3e-7)
 """The same for a table of temperatures and of thermal expansion over time."""
 FELT = 8.0
 """Half-lengths of the contact over which heat is carried on a grid until it has left it."""
