@@ -353,7 +353,6 @@ def test_the_moment_of_the_pressure_is_in_the_balance_of_ceramic_balls() -> None
     assert contact(result, "ball_1_inner")["rolling_resistance_moment_Nmm"] != 0.0
 
 
-@pytest.mark.slow
 def test_expansion_under_pressure_drives_the_rings() -> None:
     """Hot contacts press behind their middle: rings take less than the heat of friction, by the work of the expansion."""
     content = case(**FEW | {"bearing__inner_rpm": 1e4, "load__friction_coefficient": 0.07, "numerics__grid": 10})

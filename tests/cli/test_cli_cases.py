@@ -326,6 +326,7 @@ def test_temperatures_no_solid_stands_are_expected_and_then_found(case: Path, tm
     assert "expected" not in done.stdout
 
 
+@pytest.mark.slow
 def test_shipped_cases_and_templates_are_beyond_doubt() -> None:
     # The discs of a measurement have edges, and heat spreads beyond their width: their case is warned of.
     done = call("validate", *sorted(case for case in CASES.glob("*.toml") if case.stem != "twin_disc_lewis"))

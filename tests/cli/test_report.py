@@ -134,6 +134,7 @@ def test_numbers_that_are_not_there_are_left_out(tmp_path: Path) -> None:
     assert "temperature" not in text.partition("Method")[0] and "The case file" not in text and " nan" not in text
 
 
+@pytest.mark.slow
 def test_a_line_contact_shows_each_curve_once() -> None:
     case = tomllib.loads(call("init", "--template", "line-contact", "-").stdout)
     case["numerics"] = {"grid": 32}

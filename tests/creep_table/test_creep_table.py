@@ -200,6 +200,7 @@ def test_falling_friction_through_an_equivalent_coefficient() -> None:
         assert float(found.force_y) == pytest.approx(exact["force_y_N"], abs=float(found.error))
 
 
+@pytest.mark.slow
 def test_a_million_look_ups_take_seconds(circle: CreepForceTable) -> None:
     """In units of what a sine of as many numbers takes, so that other work on the machine does not count."""
     creepages = RNG.normal(size=(3, 50_000))

@@ -42,6 +42,7 @@ def test_the_values_of_a_roller_rig_are_inside_the_intervals_of_a_fit() -> None:
     assert found.rms["force_x_over_load"] <= rms(rig, points)
 
 
+@pytest.mark.slow
 def test_creep_curve_of_a_roller_rig() -> None:
     """Every sixth of 40 points to 2 %: the values of the case leave a third of the scatter; smooth bodies are too stiff."""
     rig, points = case("vt_fra_roller_rig", GRID), roller_rig()[:, ::6]

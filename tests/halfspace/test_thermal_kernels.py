@@ -94,10 +94,9 @@ def over_element(point_kernel, x, y, aspect, peclets):
 
 
 @pytest.mark.parametrize(("aspect", "peclets"), [
-    (0.1, (30.0, 0.0)),
     (0.3, (-2.0, 5.0)),
     *(pytest.param(*row, marks=pytest.mark.slow) for row in (
-        (0.1, (0.02, 0.0)), (10.0, (-8.0, 0.0)), (10.0, (0.5, 0.0)),
+        (0.1, (30.0, 0.0)), (0.1, (0.02, 0.0)), (10.0, (-8.0, 0.0)), (10.0, (0.5, 0.0)),
         (2.0, (100.0, 0.0)), (1.0, (3.0, 0.4)), (3.0, (0.0, -0.7)))),
 ])
 def test_direct_quadrature(aspect, peclets):

@@ -76,6 +76,7 @@ def test_the_path_is_mirrored_with_the_wheel() -> None:
     assert np.ptp(right) > 1.0
 
 
+@pytest.mark.slow
 def test_a_patch_that_wanders_across_the_rail() -> None:
     """A domain of all rows reaches beyond the ends that the patch's surfaces have at one of them. Each row is far from the one
     before, and the steady state of its place."""

@@ -364,6 +364,7 @@ def test_numbers_on_a_logarithmic_axis_keep_apart(top: float) -> None:
     assert all(a.x1 < b.x0 for a, b in itertools.pairwise(boxes))
 
 
+@pytest.mark.slow
 def test_points_without_numbers_are_left_out(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plot_style, "DPI", 40)
     columns = table()

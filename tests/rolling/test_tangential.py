@@ -316,7 +316,8 @@ def test_pipeline_reaches_the_linear_limit():
 
 # --- Carter: the limit of a long contact --------------------------------------------------------------------------
 
-@pytest.mark.parametrize(("share", "least", "lateral"), [(0.2, 1.5, True), (0.8, 0.5, False)])
+@pytest.mark.parametrize(("share", "least", "lateral"), [
+    (0.2, 1.5, True), pytest.param(0.8, 0.5, False, marks=pytest.mark.slow)])
 def test_strip_carries_carters_force_wherever_its_border_lies(share, least, lateral):
     """Border elements covered in part: mean and spread over grid offsets as in docs/numerics.md, falling with the grid.
 

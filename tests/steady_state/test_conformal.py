@@ -33,6 +33,7 @@ def ball(conformal: bool = True, geometry: Geometry = GROOVE, **options) -> Prob
                       "creepage": (5e-4, 0.0), "differential_slip": True} | options)
 
 
+@pytest.mark.slow
 def test_small_angles_are_those_of_a_plane():
     """The pressure and the approach differ by the square of the angle; a longitudinal force without spin likewise."""
     loads = np.array([800.0, 100.0, 12.5])

@@ -136,6 +136,7 @@ def test_an_approach_with_stationary_heat_is_refused():
     assert Case.parse(STATIONARY + "deformation = false\n").problem.approach == pytest.approx(3e-6)
 
 
+@pytest.mark.slow
 def test_heat_that_parts_the_bodies_is_no_fault():
     """A random contact whose heat lifts one body off the other on the way to a steady state."""
     drawn = POPULATIONS["given approaches"].draw(660033)

@@ -263,6 +263,7 @@ def test_flash_temperatures_of_sliding_teeth(speed: float) -> None:
         assert lower == pytest.approx(upper, rel=1e-5) and lower == pytest.approx(blok, rel=0.01)
 
 
+@pytest.mark.slow
 def test_expansion_acts_back_on_the_pressure() -> None:
     """Weak heat hardly, strong heat much: it concentrates the contact."""
     motion, heating = Motion(3.0, 0.2, 0.0), Heating(True, "always", "rolling", 0.5)

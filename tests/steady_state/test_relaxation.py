@@ -187,6 +187,7 @@ def test_bodies_that_relax_alike_but_for_their_times_are_unlike() -> None:
     assert "elastic coupling" in make_plan(other.problem).run
 
 
+@pytest.mark.slow
 def test_incompressible_bodies_have_heat() -> None:
     """Nothing is singular at a Poisson's ratio of one half."""
     hot = {"conductivity": 0.25, "expansion": 1e-4, "diffusivity": 1.2e-7}

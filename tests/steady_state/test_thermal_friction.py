@@ -220,6 +220,7 @@ def test_friction_that_falls_below_the_prescribed_force_is_explained():
     assert "it carries 9.75 N, less than the prescribed 15 N" in result.reason
 
 
+@pytest.mark.slow
 def test_a_failed_iteration_is_no_bound_of_the_force():
     """The creep curve of this contact reaches 29.6 of 30 N; the friction of the iteration that fails at 29.99 N is lower."""
     problem = falling(rolling(grid=16, geometry=Geometry(0.02, 0.02, 0.02, 0.03), load=100.0, creepage=(None, 5e-4),

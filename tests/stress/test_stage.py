@@ -276,6 +276,7 @@ def test_few_layers_have_wide_estimates_and_a_warning():
         assert error > abs(few.subsurface.scalars[name] - true.subsurface.scalars[name]) > 0.0, name
 
 
+@pytest.mark.slow
 def test_the_surface_carries_the_load_of_a_contact_that_shrinks():
     """At 160 W it is a quarter as wide: stresses are those of the part of the domain that has followed it."""
     speed = 160.0 / 65.0 / 1e-4

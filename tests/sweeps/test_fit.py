@@ -113,6 +113,7 @@ def test_full_sliding_does_not_determine_the_interlayer():
                                                     "doubt": "not determined"}  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_value_at_its_bound_says_so():
     found = fit(KNOWN, creep_curve(0.4, 2.0, CREEPAGES[1:]), [f"{KEYS[0]}=0.45:0.6"])
     assert found.parameters[KEYS[0]].value == pytest.approx(0.45, rel=2e-3)

@@ -142,6 +142,7 @@ def test_progress_is_a_line_per_point_where_nobody_watches(serial: Swept) -> Non
     assert "\x1b" not in serial.done.stderr
 
 
+@pytest.mark.slow
 def test_several_keys_a_printed_table_and_other_pictures(case: Path, tmp_path: Path) -> None:
     keys = ("--over", "load.normal_N=50,100", "--over", "rolling.speed_m_s=25:100:2:log")
     coupled = ("--set", "numerics.grid=8", "--set", "thermal.deformation=true", "-o", tmp_path)

@@ -109,6 +109,7 @@ def test_a_mirrored_track_mirrors_the_forces() -> None:
         assert left[f"track_force_{axis}_N"] == pytest.approx(sign * right[f"track_force_{axis}_N"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_axle_over_a_flat_is_as_high_as_its_chord() -> None:
     """Until elastic: on the middle of a flat of 40 mm the axle is R cos φ above the rail, on its edge R, and at each angle in
     between the edge lies ahead or behind; the rotation passes it on."""
@@ -191,7 +192,8 @@ def test_a_patch_beside_the_end_of_a_rail_that_moves_aside_is_solved() -> None:
     assert found.converged and not found.broken, found
 
 
-@pytest.mark.parametrize("history", [None, pytest.param({"distance_mm": [0, 4], "steps": 2}, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("history", [None, {"distance_mm": [0, 4], "steps": 2}])
 def test_rounded_slices_are_told_and_counted(history: dict[str, Any] | None) -> None:
     """A rail of R 300 that rises and bends, at every 0.5 mm in slices of 10 mm, with three decimals: 720.5 MPa without rounding
     lie within ±. Points of a slice are rounded, and slices on a line along the rail are, by 1 µm/√12 each."""

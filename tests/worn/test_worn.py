@@ -96,6 +96,7 @@ def test_other_rows_have_the_same_worn_area() -> None:
     assert rows.covering(-9.0, 9.0).ends == pytest.approx((-2.3, 1.9), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grid", [14, pytest.param(26, marks=pytest.mark.slow)])
 def test_an_evolution_goes_on_with_another_grid(grid: int) -> None:
     """Worn depths of other rows have the same area, and no stairs that the pressure would show."""
@@ -132,6 +133,7 @@ def test_a_crown_wears_flat() -> None:
     assert line_load(last.result)[centre] * 1e-3 == pytest.approx(wanted["q_centre_N_mm"], rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_crown_worn_far_beyond_the_approach_is_rigid() -> None:
     """Depth w²/(2R) ∝ n^(2/3) of rigid wear, and the passes of an independent wear solver; ridges at the border of the contact
     would limit the steps. After two approaches the rigid law is 2 % off, by that solver, too."""
@@ -269,6 +271,7 @@ def test_a_case_wears_in_regimes(tmp_path: Path) -> None:
 RAIL = Path(__file__).parents[2] / "cases" / "worn_rail.toml"
 
 
+@pytest.mark.slow
 def test_an_off_centre_contact_wears_over_the_whole_profile(tmp_path: Path) -> None:
     """The contact lies at +13 mm of a shifted rail that reaches from −19 to 29 mm: its worn profile is written from end to end,
     a result file carries the worn case, and both give the pressure of the last step."""
@@ -316,6 +319,7 @@ def test_the_command_resumes_as_if_undisturbed(tmp_path: Path) -> None:
         assert file["wear/steps/distance_km"].shape == (len(rows),)
 
 
+@pytest.mark.slow
 def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> None:
     """What is worn off where the bodies touch is missing in the approach, so that the load falls. The worn case has the load of
     the last step, heights of a profile have no zero, and an evolution that asks for more than the approach ends."""
