@@ -115,7 +115,7 @@ def test_a_meaning_without_room_is_shortened() -> None:
     lines = scalar_table(summary, list(ALL_SCALARS), both=False, width=76)
     assert max(map(len, lines)) <= 76
     assert [" ".join(line.split()[1:]) for line in lines] == [
-        "0.00016 power balance error",
+        "0.00016 heat of unresolved slip",
         "230 largest first principal …",
         "422 largest range of σ_xz …",
     ]

@@ -17,6 +17,7 @@ from tests.support.browser import opened
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli import Case, solve
 from thermoroll_cli.cli import report
+from thermoroll_cli.cli.tables import headed
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.result import Result
 
@@ -152,6 +153,10 @@ def test_a_bearing_has_a_table_of_its_balls(monkeypatch: pytest.MonkeyPatch) -> 
     _, balls, contacts = section.tables
     assert list(balls.header[:4]) == ["ball", "ring", "normal_N", "contact_angle_deg"]
     assert [row[:2] for row in balls.rows] == [("1, 2, 3", "inner"), ("1, 2, 3", "outer")]
+    hottest = [row[list(balls.header).index("temperature_rise_max_lower_K")] for row in balls.rows]
+    assert all(float(text.partition("±")[0]) > 0.01 for text in hottest)
+    printed = headed([balls.header, *balls.rows])
+    assert "temperature_" in printed[0] and "lower_K" in printed[-3] and max(map(len, printed)) < 110
     words = {row[-1]: row[0] for row in contacts.rows}
     assert (words["normal_N"], words["contact_angle_deg"]) == ("normal force", "contact angle")
 

@@ -17,7 +17,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.cli.tables import align, assembly_rows, folded, scalar_table
+from thermoroll_cli.cli.tables import align, assembly_rows, folded, headed, scalar_table
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.files.table_file import history_files
@@ -240,7 +240,7 @@ class Solved(Outcome):
             head += folded(f"the last of {states.count} states, after {states[place][-1]:g} {unit}", width)
         return [
             *(head if result.converged else streams.in_colour(head, streams.RED)),
-            *scalar_table(row, single, both=both, width=width), *align(sides), *align(patches),
+            *scalar_table(row, single, both=both, width=width), *headed(sides), *align(patches),
             *(folded("no error estimates: they need a coarser grid; set both sides of numerics.grid to "
                      f"{2 * COARSEST} or more", width) if without else ()),
             *(line for _, one in self.judged if one is not None

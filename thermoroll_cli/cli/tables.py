@@ -79,7 +79,9 @@ def assembly_rows(
     sides: list[tuple[str, ...]] = [("", "left", "right", "")] if sided else []
     sides += [(left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left)) for left, right in sided.items()]
     kind = result.kind
-    if columns := kind.answer.columns:
+    if kind.answer.columns:
+        columns = tuple(name for name in kind.answer.columns if any(name in each.record for each in result.contacts))
+        columns = columns or kind.answer.columns
         # A row for each contact; those that are the same have one for all of them.
         same: dict[tuple[str, ...], list[str]] = {}
         for record in (contact.record for contact in result.contacts):
@@ -199,8 +201,7 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int, asked: Sequence
                 break
         order = [name for name in values if name in beside and name not in wanted]
         block += [left.pop(name) for name in [*(name for name in beside if name in wanted), *order]]
-        height = max(map(len, block))
-        yield from align(list(zip(*([""] * (height - len(column)) + column for column in block), strict=True)))
+        yield from _beside(block)
         shown += len(beside)
         block = [first] if shown < least and left else []
     endless = sorted({name for row in cells for name in row["unbounded"].split()})
@@ -218,6 +219,17 @@ def alike(texts: list[str]) -> list[str]:
         return texts
     padded = [f"{float(text):.{max(decimals)}f}" if max(decimals) else text for text in texts]
     return [text.rjust(max(map(len, padded))) for text in padded]
+
+
+def headed(rows: Sequence[Sequence[str]]) -> list[str]:
+    """`rows` as by `align`, the first of them a header that is broken where it is wider than what is below it."""
+    return _beside([_column(name, cells) for name, *cells in zip(*rows, strict=True)]) if rows else []
+
+
+def _beside(columns: Sequence[list[str]]) -> list[str]:
+    """Columns beside each other, which end in the same line."""
+    height = max(map(len, columns))
+    return align(list(zip(*([""] * (height - len(column)) + column for column in columns), strict=True)))
 
 
 def _column(name: str, cells: list[str]) -> list[str]:

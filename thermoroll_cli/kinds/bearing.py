@@ -26,7 +26,7 @@ class BearingKind(Kind):
         contact_name="ball_{ball}_{ring}", contact_begins=("ball_",), scalars=BEARING_SCALARS | TOGETHER,
         of_contacts=BALL_SCALARS, sentence="A bearing", shown_by="ball", columns_title="Balls",
         columns=("ball", "ring", "normal_N", "contact_angle_deg", "spin_to_roll", "ball_pitch_deg", "pressure_max_MPa",
-                 "Q_F_W"),
+                 "temperature_rise_max_lower_K", "Q_F_W"),
         figures={"loads": "plots.bearing_figures.loads_figure", "axes": "plots.bearing_figures.axes_figure",
                  "patches": "plots.bearing_figures.patches_figure"})
 

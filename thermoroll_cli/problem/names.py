@@ -318,8 +318,8 @@ SCALARS = _named(
            listed=_leads_or_lags, kind="integral", brief="moment of the pressure"),
     Scalar("expansion_power_W", "power that thermal expansion under pressure gives to the rolling", kind="integral",
            brief="power of the expansion"),
-    Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch", given=True,
-           brief="power balance error"),
+    Scalar("power_balance_error", "share of the frictional heat in slip zones narrower than an element", "mismatch", given=True,
+           brief="heat of unresolved slip"),
 )  # fmt: skip
 """Scalars of a state, in the order they are reported."""
 

@@ -269,12 +269,15 @@ def computed(value: Any) -> bool:
 
 
 def meaning_in(row: Mapping[str, Any], name: str) -> str:
-    """What the scalar `name` means in a result with this `row`, of a contact of Hertz or not; a line has widths for areas."""
+    """What the scalar `name` means in a result with this `row`, of a contact of Hertz or not; a line has widths for areas, and
+    the powers of a wheelset are those of its patches and of the rails."""
     scalar = ALL_SCALARS[name]
     hertz = computed(row.get("hertz_a_mm", 0.0)) or not scalar.without_hertz
     meaning = scalar.meaning if hertz else scalar.without_hertz
     if name.startswith("temperature_rise_") and computed(row.get("flash_temperature_max_lower_K")):  # heat comes back
         meaning = meaning.replace(" rise", " rise above the surroundings")
+    if name == "power_balance_error" and "track_force_z_N" in row:
+        return "relative mismatch of the heat of all patches and the wheelset's power"
     return meaning.replace(" area", " width") if "contact_width_mm" in row else meaning
 
 
