@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
-from tests.support.soft_wheel import CROWN, RADIUS, wheel
+from tests.support.soft_wheel import CROWN, RADIUS, column, wheel
 from thermoroll_cli import Case, Result, solve
 from thermoroll_cli.many_contacts.history.wheelset_over_time import warnings_over_time
 from thermoroll_cli.many_contacts.wheelset.first_contact import touching
@@ -56,11 +56,6 @@ def rolled(*given: Any, **wheelset: Any) -> Result:
 @cache
 def aside() -> Result:
     return rolled(ASIDE)
-
-
-def column(result: Result, name: str) -> np.ndarray[Any, Any]:
-    assert result.history is not None
-    return np.array(result.history[name])
 
 
 @pytest.mark.parametrize(("profile", "near"), [

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
-from tests.support.soft_wheel import RADIUS, wheel
+from tests.support.soft_wheel import RADIUS, column, wheel
 from thermoroll_cli import Case, CaseError, Result, conicity, solve
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.many_contacts.history.wheelset_over_time import facts_over_time, warnings_over_time
@@ -33,11 +33,6 @@ def rolled(surface: dict[str, Any] | None = None, on_wheel: dict[str, Any] | Non
     result: Result = solve(Case.from_dict(case))
     assert result.converged, result.reason
     return result
-
-
-def column(result: Result, name: str) -> np.ndarray[Any, Any]:
-    assert result.history is not None
-    return np.array(result.history[name])
 
 
 def test_heights_that_are_the_same_everywhere_lift_the_wheel_and_do_nothing_else() -> None:

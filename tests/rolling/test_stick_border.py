@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import CASES, article_4_1, elastic, reference_problem, rolling, saturation, solved
-from tests.support.strips import CYLINDERS, carter_strip
+from tests.support.strips import CYLINDERS, carter_row, carter_strip
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.physics.halfspace.elastic import ShearCompliance
 from thermoroll_cli.physics.rolling.element_borders import stick_share
@@ -22,15 +22,13 @@ COMPLIANCE = ShearCompliance.of((G, NU), (G, NU))
 def strip_errors(n: int, share: float, lateral: bool) -> np.ndarray:
     """Length of the stick zone less Carter's, in elements, over places of the border inside its element: counted in whole
     elements, and with the surplus."""
-    a, dx = CYLINDERS.half_width, 2.2 * CYLINDERS.half_width / n
+    dx = 2.2 * CYLINDERS.half_width / n
     exact = carter(CYLINDERS, FRICTION, share * saturation_creepage(CYLINDERS, FRICTION)).stick_zone[1]
     errors = []
     for k in range(8):
         _, solution = carter_strip(n, k / 8, share, lateral)
         edges = (np.arange(n + 1) - 0.5 * n + k / 8) * dx
-        t = np.clip(edges / a, -1.0, 1.0)
-        pressure = np.diff(t * np.sqrt(1.0 - t * t) + np.arcsin(t)) * 0.5 * a / dx * CYLINDERS.peak_pressure
-        bound = FRICTION * pressure[:, None]
+        bound = carter_row(n, k / 8, share, lateral)[1].traction_bound
         stick = solution.stick & (bound > 0.0)
         end = edges[np.flatnonzero(stick)[-1] + 1]
         sticking = stick_share(solution.traction, solution.slip, bound, stick, (bound > 0.0) * 1.0, dx, 1e9 * dx,

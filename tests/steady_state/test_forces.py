@@ -10,7 +10,7 @@ import pytest
 
 from scripts.stress.random_profiles import ROUGH, random_profile_contact
 from tests.support.sampling import sampled
-from tests.support.scenes import CASES, Dimensionless, ellipse, on_grid, reference_problem, rolling, saturation, solved
+from tests.support.scenes import CASES, Dimensionless, ellipse, reference_problem, rolling, saturation, solved
 from thermoroll_cli.one_contact.refinement.plan import make_plan
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
@@ -223,17 +223,6 @@ def test_turning_bodies_upside_down_keeps_everything_but_the_temperatures_places
     assert second.scalars["temperature_rise_max_upper_K"] == pytest.approx(lower, rel=1e-6)
     assert second.scalars["temperature_rise_max_lower_K"] == pytest.approx(upper, rel=1e-6)
     assert lower > 1.5 * upper
-
-
-def test_grids_need_not_be_square():
-    """Twice as many elements along x: forces stay within the discretisation error."""
-    base = reference_problem("article_3_1_case_2", 64)
-    limit = base.traction_limit
-    expected = solved(base).coupled.scalars
-    for shape in ((128, 64), (64, 96), (63, 65)):
-        s = solved(on_grid(base, shape)).coupled.scalars
-        assert s["force_x_N"] == pytest.approx(expected["force_x_N"], abs=1e-3 * limit)
-        assert s["force_y_N"] == pytest.approx(expected["force_y_N"], abs=1e-3 * limit)
 
 
 @pytest.mark.slow

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.problem.result import Result
+
 RADIUS = 100.0
 Y = np.linspace(-30.0, 30.0, 241)
 CROWN = [[float(y), float(RADIUS - math.sqrt(RADIUS**2 - y**2))] for y in Y]
@@ -30,3 +32,9 @@ def wheel(**tables: dict[str, Any]) -> dict[str, Any]:
     """The case of the wheel with other keys; None takes one out."""
     return {**WHEEL, **{name: {key: value for key, value in {**WHEEL.get(name, {}), **table}.items() if value is not None}
                         for name, table in tables.items()}}
+
+
+def column(result: Result, name: str) -> np.ndarray[Any, Any]:
+    """A column of the table of a history."""
+    assert result.history is not None
+    return np.array(result.history[name])
