@@ -404,6 +404,8 @@ def test_a_deep_groove_bearing_has_free_balls() -> None:
     assert loads is not None and patches is not None
     assert [axes.get_ylabel() for axes in loads.axes] == ["load (N)"]  # all contact angles are 0
     assert patches.axes[0].get_title() == f"inner ring, {result.contacts[0]['normal_N']:.4g} N"
+    patches.draw_without_rendering()
+    assert patches.axes[0].get_position().width * patches.get_size_inches()[0] * 25.4 > 50.0, "small patches fill their column"
 
 
 def test_a_ball_that_hardly_touches_has_any_angle() -> None:

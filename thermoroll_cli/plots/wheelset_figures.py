@@ -169,7 +169,8 @@ def _maps(
     boxes = [(y[0], y[-1], x[0], x[-1]) for x, y, *_ in shown]
     widths, middles = [right - left for left, right, _, _ in boxes], [0.5 * (low + high) for *_, low, high in boxes]
     height = max(high - low for *_, low, high in boxes)
-    beside, largest = 24.0 + 14.0 * len(shown), min(75.0 / height, 8.0)
+    # No patch of a wheel is blown up; those of balls, of tenths of a millimetre, fill their column.
+    beside, largest = 24.0 + 14.0 * len(shown), min(75.0 / height, max(8.0, 55.0 / max(widths)))
     narrow = widths[0] <= 1.4 * height if len(shown) == 1 else largest * sum(widths) + beside <= style.SINGLE / style.MM
     page = style.SINGLE if narrow else style.DOUBLE
     per_mm = min((page / style.MM - beside) / sum(widths), largest)
