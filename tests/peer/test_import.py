@@ -322,5 +322,8 @@ def test_errors_leave_nothing_behind(tmp_path: Path) -> None:
     assert done.returncode == 3 and "deck.inp:10:1" in done.stderr and "none.prr" in done.stderr
     assert not (tmp_path / "cases").exists()
     assert call("import", deck_of(tmp_path, END), "-o", tmp_path / "cases").returncode == 3
-    assert call("import", tmp_path / "missing.inp").returncode == 5
+    missing = call("import", tmp_path / "missing.inp")
+    assert missing.returncode == 3 and "missing.inp: error: no such file" in missing.stderr
+    ignored = call("import", deck, "--set", "numerics.grid=x")
+    assert ignored.returncode == 2 and "cases that --run solves" in ignored.stderr
     assert call("import", deck_of(tmp_path, FIRST.format(chi="0.0") + END), "--case", "2").returncode == 2

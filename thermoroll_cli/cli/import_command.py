@@ -46,8 +46,11 @@ def import_(
 ) -> None:
     """Write the cases of an input file of CONTACT as cases DIR/FILE_N.toml, and say which cannot be written and why.
 
-    Profiles are referred to where they are. The exit code is 3 if no case can be written.
+    Profiles are referred to where they are. --set changes the cases that --run solves, not those that are written. The exit
+    code is 3 if no case can be written.
     """
+    if settings and not run:
+        raise typer.BadParameter("changes the cases that --run solves, not those that are written", param_hint="--set")
     with options.recorded(file, as_json):
         found = imported(file, case)
     written, files = [each.case for each in found if each.case is not None], list[Path]()
@@ -110,7 +113,7 @@ class Written(Outcome):
 
 
 def imported(file: Path, only: int | None = None) -> list[Imported]:
-    """All cases of the input file, or case `only`. Raises CaseError, OSError."""
+    """All cases of the input file, or case `only`. Raises CaseError."""
     cases = read_deck(file)
     if only is not None and only > len(cases):
         raise typer.BadParameter(f"{file} has {len(cases)} cases", param_hint="--case")

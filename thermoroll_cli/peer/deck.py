@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from thermoroll_cli.files.case_errors import CaseError, Finding, Span
-from thermoroll_cli.tools.atomic import read_bytes
+from thermoroll_cli.tools.atomic import ReadError, read_bytes
 
 LARGEST = 20_000_000
 """Bytes of an input file."""
@@ -43,8 +43,11 @@ class DeckCase:
 
 
 def read_deck(path: Path) -> list[DeckCase]:
-    """All cases of the input file at `path`. Raises CaseError with the line where it cannot be read, OSError."""
-    text = read_bytes(path, LARGEST, "an input file of CONTACT").decode("utf-8", errors="replace")
+    """All cases of the input file at `path`. Raises CaseError, with the line where it cannot be read."""
+    try:
+        text = read_bytes(path, LARGEST, "an input file of CONTACT").decode("utf-8", errors="replace")
+    except ReadError as cause:
+        raise CaseError([Finding(str(cause), source=str(path))]) from None
     return list(cases_in(Lines(str(path), text.splitlines())))
 
 
