@@ -176,16 +176,6 @@ def test_sweeps(tmp_path: Path) -> None:
     assert sum(tag == "tr" for tag, _ in page.elements) == 4 and sum(tag == "img" for tag, _ in page.elements) == 1
 
 
-@pytest.mark.slow
-def test_conicity(tmp_path: Path) -> None:
-    cases = Path(__file__).parents[2] / "cases"
-    assert call("conicity", cases / "manchester.toml", "--no-plots", "--report", "-q", "-o", tmp_path).returncode == 0
-    page = read(tmp_path / "manchester_conicity_report.html")
-    assert "equivalent conicity at an amplitude of 3 mm 0.1" in page.text and "EN 15302" in page.text and "±" not in page.text
-    assert page.text.index("Warning. the contact of the left wheel") < page.text.index("Pictures")
-
-
-@pytest.mark.slow
 @pytest.mark.usefixtures("without_pictures")
 def test_fits_and_wear(tmp_path: Path) -> None:
     case(MECHANICAL, tmp_path)

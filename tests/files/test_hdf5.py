@@ -96,6 +96,7 @@ def test_xarray_opens_the_fields_with_units(stored: pathlib.Path, group: str) ->
         assert float(dataset.x[hottest["x"]]) > 0.0
 
 
+@pytest.mark.slow
 def test_xarray_opens_all_of_it(stored: pathlib.Path) -> None:
     numbers = read_result(stored).numbers
     with xarray.open_datatree(stored, engine="h5netcdf") as tree:

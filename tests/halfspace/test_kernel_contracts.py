@@ -173,7 +173,7 @@ def test_reversed_motion_is_the_mirror_image(row: Row, body: Material) -> None:
 
 
 @pytest.mark.parametrize("row", [
-    pytest.param(row, id=name, marks=pytest.mark.slow if "P = 4" in name else ())
+    pytest.param(row, id=name, marks=pytest.mark.slow if "heat" in name else ())
     for name, row in ROWS.items() if "500" not in name])  # fmt: skip
 def test_layers_that_make_no_difference(row: Row) -> None:
     """Of the body's own material; so thin or so thick that one of both materials is alone; one cut in two."""

@@ -88,6 +88,7 @@ def test_a_rectangle_that_starts_to_move(speed: float) -> None:
     assert found[i, j] == pytest.approx(exact, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_the_order_of_the_step_is_two() -> None:
     shape = np.zeros((16, 16))
     shape[4:12, 4:12] = 1e6

@@ -358,7 +358,7 @@ REMEMBERING: list[dict[str, Any]] = [
 ]
 
 
-@pytest.mark.parametrize("tables", sampled(REMEMBERING))
+@pytest.mark.parametrize("tables", REMEMBERING)
 def test_a_history_goes_on_with_all_that_it_remembers(
     tables: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,6 +99,7 @@ def test_every_format_is_reproducible(tmp_path: pathlib.Path) -> None:
         assert content == second.read_bytes()
 
 
+@pytest.mark.slow
 def test_an_odd_title_is_written(tmp_path: pathlib.Path) -> None:
     result = synthetic.result((16, 16), title=ODD[0][1]["title"])
     assert len(draw(result, tmp_path / "a", kinds=["pressure"], formats=["png", "svg", "pdf"])) == 3

@@ -30,7 +30,6 @@ def cases() -> list[StressCase]:
     return [stress_case(seed, small=True) for seed in range(CASES)]
 
 
-@pytest.mark.slow
 def test_a_case_beyond_the_limit_keeps_the_invariants() -> None:
     case = Case.parse(HOT + '[thermal]\npeclet = "stationary"\n')
     done = POPULATIONS["contacts"].check(StressCase(-1, case, case.problem, 1.0))

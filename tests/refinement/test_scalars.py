@@ -111,6 +111,7 @@ def hybrid_bearing(**numerics: float) -> Problem:
     return replace(problem, upper=CERAMIC, numerics=Numerics(**numerics))
 
 
+@pytest.mark.slow
 def test_a_body_that_only_cools_does_not_spoil_the_accuracy() -> None:
     # 1e-3 is reached on 512 elements: exchanged heat is of first order at the border of its area, and so is its estimate.
     result = solve(hybrid_bearing(accuracy=1e-2))

@@ -50,7 +50,7 @@ SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}
 # --- CONTACT and an independent program on fine grids ----------------------------------------------------------------
 
 
-@pytest.mark.parametrize("case", sampled(CASES, 3))
+@pytest.mark.parametrize("case", sampled(CASES, 7))
 def test_a_case_of_contact(case):
     """Against CONTACT's extrapolated forces (in μW), stick and heat, and against an independent program on fine grids, within a
     bound beside the uncertainty that it states (its change since N = 64)."""
@@ -70,7 +70,7 @@ def test_a_case_of_contact(case):
     assert found.applications <= 80
 
 
-@pytest.mark.parametrize("case", [*sampled(CASES, 3), *sampled(SPINNING)])
+@pytest.mark.parametrize("case", [*sampled(CASES, 7), *sampled(SPINNING)])
 def test_forces_heat_and_stick_are_those_of_the_finest_grids(case):
     """What is asked for is 1e-3, 3e-4 and 1e-4: forces over μW, heat relative."""
     for n, bound, of_heat in ((32, 1e-3, 1e-3), (64, 1.5e-4, 2.5e-4), (128, 3e-5, 5e-5)):

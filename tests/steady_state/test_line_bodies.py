@@ -181,6 +181,7 @@ def test_thin_and_thick_coatings_are_the_bodies_below_and_above() -> None:
             assert found[name] == pytest.approx(wanted[name], rel=3e-3), name
 
 
+@pytest.mark.slow
 def test_a_coated_line_is_the_middle_of_a_slender_contact() -> None:
     line = cylinders(coated(layer(1e-4)), 64, 1e-3)
     # The load at which a contact 240 times as wide as long carries 300 N/mm in its middle.

@@ -175,6 +175,7 @@ def test_aluminium_on_steel_after_bentall_and_johnson(
     assert 0.0 < result.uncertainty["creepage_longitudinal"] < 0.01 * creepage
 
 
+@pytest.mark.slow
 def test_it_is_the_middle_of_a_slender_ellipse() -> None:
     """Of a contact 100 times as wide as long, far from its ends, also with friction that falls with slip."""
     law = FrictionLaw("exponential", 0.6, 0.002)
@@ -263,7 +264,6 @@ def test_flash_temperatures_of_sliding_teeth(speed: float) -> None:
         assert lower == pytest.approx(upper, rel=1e-5) and lower == pytest.approx(blok, rel=0.01)
 
 
-@pytest.mark.slow
 def test_expansion_acts_back_on_the_pressure() -> None:
     """Weak heat hardly, strong heat much: it concentrates the contact."""
     motion, heating = Motion(3.0, 0.2, 0.0), Heating(True, "always", "rolling", 0.5)

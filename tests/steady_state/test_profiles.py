@@ -80,6 +80,7 @@ def test_contact_agrees(name):
             assert patch["normal_N"] == pytest.approx(0.5 * problem.normal_force, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_kalkers_frame_by_rotation_and_by_mirror():
     """A rotation about z turns lateral creepage and the profile, a mirror spin alone: both keep Kalker's signs of an asymmetric
     contact if profile, creepage and spin go together. Spin reversed on the same profile is another problem."""
@@ -257,6 +258,7 @@ def test_profiles_that_never_face_each_other():
 # --- what works for ellipses works for profiles ---------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_symmetric_profiles_keep_the_half_problem(monkeypatch):
     problem = rolling(grid=32, geometry=GEOMETRIES["c_two_patches"], body=elastic(0.3), load=2e4, creepage=(1e-3, 0.0),
                       differential_slip=True)

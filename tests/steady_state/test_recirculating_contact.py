@@ -68,7 +68,6 @@ def test_equal_discs_share_evenly_and_the_cooler_one_takes_more():
     assert uneven.work["partition"]["applications"] <= 15
 
 
-@pytest.mark.slow
 def test_the_crown_acts_back_where_it_matters():
     """Polymer bodies: the thermal crown lifts the middle of the track, and the contact gets narrower across."""
     body = Material(4e9, 0.4, 0.25, 47e-6, 0.14e-6)

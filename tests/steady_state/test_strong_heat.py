@@ -40,8 +40,8 @@ def applications(result):
                * level["grid"][0] * level["grid"][1] for level in result.work["levels"])
 
 
-@pytest.mark.parametrize("heat", [
-    heat if heat == max(CASES) else pytest.param(heat, marks=pytest.mark.slow) for heat in CASES])
+@pytest.mark.slow
+@pytest.mark.parametrize("heat", CASES)
 def test_exact_states(heat):
     """At N = 128 from a cold start: γ_p to 3e-4, ΔT to 5e-4, γ_c to 2e-3, within the estimates, at bounded work; those that
     docs/verification.md has with the errors and the estimates printed there, of which the README names the largest."""

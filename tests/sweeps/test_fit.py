@@ -104,7 +104,6 @@ def test_interval_grows_with_the_noise_and_a_repeated_point_counts_twice():
     assert values[1] == pytest.approx(values[0], rel=1e-4) and abs(values[0] / fitted(0.03)[KEYS[0]].value - 1.0) > 1e-3
 
 
-@pytest.mark.slow
 def test_full_sliding_does_not_determine_the_interlayer():
     found = fit(CASE | {"load": CASE["load"] | {"friction_coefficient": 0.4}}, creep_curve(0.4, 2.0, [0.05, 0.08]), KEYS[1:])
     assert math.isnan(found.parameters[KEYS[1]].uncertainty_95)
@@ -113,7 +112,6 @@ def test_full_sliding_does_not_determine_the_interlayer():
                                                     "doubt": "not determined"}  # fmt: skip
 
 
-@pytest.mark.slow
 def test_a_value_at_its_bound_says_so():
     found = fit(KNOWN, creep_curve(0.4, 2.0, CREEPAGES[1:]), [f"{KEYS[0]}=0.45:0.6"])
     assert found.parameters[KEYS[0]].value == pytest.approx(0.45, rel=2e-3)
@@ -200,7 +198,6 @@ def test_a_key_that_acts_by_its_square_is_found_from_the_end_0_of_its_range():
     assert found.parameters["creepage.lateral"].value == pytest.approx(3e-3, rel=1e-4)
 
 
-@pytest.mark.slow
 def test_a_fit_that_begins_on_a_coarse_grid_ends_on_that_of_the_case():
     """Finer than the grid on which fits begin, so that the slopes of the coarse one lead on the fine one."""
     fine = KNOWN | {"numerics": {"grid": 48}}
@@ -258,7 +255,6 @@ def test_a_value_of_either_sign_says_so():
     assert [w for w in found.warnings if "sign of creepage.lateral" in w and "-0.003 fits as well" in w]
 
 
-@pytest.mark.slow
 def test_a_value_within_its_error_of_zero_says_so():
     """Forces across that scatter about none determine a small interval about 0, and no creepage."""
     case = {**CASE, "creepage": {"lateral": 1e-3}}

@@ -121,7 +121,6 @@ def test_other_samplings_and_a_mirrored_outline_change_little():
     np.testing.assert_allclose(conicity(moved, SOME).conicity, found.conicity[at], rtol=1e-9)
 
 
-@pytest.mark.slow
 def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():
     found = conicity(tables(A, A), [3.0, 8.0, 9.0, 30.0])
     assert np.isnan(found.conicity).tolist() == [False, False, True, True]
@@ -170,8 +169,11 @@ def test_command_writes_tables_a_picture_and_json(tmp_path):
     assert [float(row["conicity"] or "nan") for row in rows][:3] == record["conicity"][:3] and rows[-1]["conicity"] == ""
     shifts = read("manchester_shifts.csv")
     assert [float(row["rolling_radius_difference_mm"]) for row in shifts] == record["rolling_radius_difference_mm"]
-    printed = call("conicity", "cases/manchester.toml", "-o", tmp_path, "--no-plots").stdout
+    printed = call("conicity", "cases/manchester.toml", "-o", tmp_path, "--no-plots", "--report").stdout
     assert "conicity_3mm       0.180" in printed and "jumps" in printed
+    page = (tmp_path / "manchester_conicity_report.html").read_text(encoding="utf-8")
+    assert "equivalent conicity at an amplitude of 3 mm" in page and "EN 15302" in page and "±" not in page
+    assert page.index("the contact of the left wheel") < page.index("Pictures")
 
 
 def test_numbers_in_the_picture_stand_within_its_axes_above_the_curve(tmp_path):

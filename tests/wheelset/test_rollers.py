@@ -88,6 +88,7 @@ def test_the_mirror_image_has_mirrored_forces(small: Result) -> None:
         assert ours == pytest.approx(sign * theirs, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_wheel_and_roller_may_be_exchanged() -> None:
     """Upside down: the wheel of one is the roller of the other, with the opposite force. Both are inclined, and spin."""
     rail, wheel = 0.05 * Y + Y**2 / 600.0, 0.05 * Y - Y**2 / 400.0

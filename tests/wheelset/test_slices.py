@@ -185,7 +185,6 @@ def test_a_rail_that_begins_under_the_wheel_bears_from_there_on() -> None:
     assert ahead[lines > 0.0].min() == pytest.approx(-1.0, abs=0.5 * element + 0.2)
 
 
-@pytest.mark.slow
 def test_a_patch_beside_the_end_of_a_rail_that_moves_aside_is_solved() -> None:
     """On some lines next to it there is no rail all along. The load is carried within the errors of its rules."""
     found = check(random_track(2))

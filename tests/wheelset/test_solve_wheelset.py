@@ -379,7 +379,6 @@ def test_nadal_s_limit_has_the_coefficient_of_the_slip_that_was_found(grid):
     assert [tuple(map(float, each)) for each in found] == [pytest.approx((0.807, 0.56), abs=2e-3)], result.reason
 
 
-@pytest.mark.slow
 def test_a_wheelset_without_friction_rolls_freely():
     """Any angular velocity leaves it without torque, and nothing drives it."""
     frictionless = TEXT.replace("friction_coefficient = 0.3", "friction_coefficient = 0.0").replace("grid = 24", "grid = 8")

@@ -96,7 +96,6 @@ def test_other_rows_have_the_same_worn_area() -> None:
     assert rows.covering(-9.0, 9.0).ends == pytest.approx((-2.3, 1.9), rel=1e-12)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("grid", [14, pytest.param(26, marks=pytest.mark.slow)])
 def test_an_evolution_goes_on_with_another_grid(grid: int) -> None:
     """Worn depths of other rows have the same area, and no stairs that the pressure would show."""
@@ -319,7 +318,6 @@ def test_the_command_resumes_as_if_undisturbed(tmp_path: Path) -> None:
         assert file["wear/steps/distance_km"].shape == (len(rows),)
 
 
-@pytest.mark.slow
 def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> None:
     """What is worn off where the bodies touch is missing in the approach, so that the load falls. The worn case has the load of
     the last step, heights of a profile have no zero, and an evolution that asks for more than the approach ends."""
