@@ -121,6 +121,7 @@ def test_other_samplings_and_a_mirrored_outline_change_little():
     np.testing.assert_allclose(conicity(moved, SOME).conicity, found.conicity[at], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():
     found = conicity(tables(A, A), [3.0, 8.0, 9.0, 30.0])
     assert np.isnan(found.conicity).tolist() == [False, False, True, True]
