@@ -90,14 +90,6 @@ def test_a_rail_that_is_placed_by_gauge_and_top_stays_where_it_lay() -> None:
 
 
 @pytest.mark.slow
-def test_a_mirrored_track_mirrors_the_history() -> None:
-    right, left = aside(), rolled(ASIDE, STEPS, "left")
-    assert np.abs(column(right, "track_force_y_N")).max() > 0.01
-    for name, sign in (("height_mm", 1.0), ("track_force_x_N", 1.0), ("track_force_y_N", -1.0)):
-        np.testing.assert_allclose(column(left, name), sign * column(right, name), rtol=1e-9, err_msg=name)
-
-
-@pytest.mark.slow
 def test_a_history_goes_on_where_the_one_before_ended(tmp_path: Path) -> None:
     """A rail that rises evenly is the same all along: the tractions go on as they were. The first step after a file is of first
     order, on any track."""
