@@ -61,6 +61,7 @@ def test_angles_of_attack_are_predicted() -> None:
         assert np.sqrt(np.mean((at_angles(model, angles) - force) ** 2)) < bound
 
 
+@pytest.mark.slow
 def test_tractions_of_a_twin_disc() -> None:
     """Up to 3 % slip; beyond, the curve is the coefficient of friction."""
     disc, points = case("twin_disc_lewis", GRID), twin_disc()[:, :4]

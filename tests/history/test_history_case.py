@@ -528,6 +528,7 @@ def test_half_the_speed_and_diffusivity_is_half_as_warm() -> None:
         assert slow[name] == pytest.approx([0.5 * value for value in fast[name]], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_bulk_temperatures_that_change() -> None:
     """A body that enters warmer heats the other one; friction adds its heat, and the surfaces are equally warm."""
     case = warm(
@@ -621,6 +622,7 @@ def test_friction_that_remembers_in_rolling() -> None:
     assert histories[0] is not None and histories[0]["friction_mean"][0] < 0.39
 
 
+@pytest.mark.slow
 def test_friction_that_falls_with_temperature() -> None:
     """It does so as the surfaces warm up, and ends with the force of the steady state."""
     _, (stays, grows) = hot(friction={"temperature_slope_1_K": 0.001}, thermal={"deformation": False})
@@ -676,6 +678,7 @@ def test_unlike_bodies_go_on_from_a_file_where_they_stood() -> None:
     assert after["force_x_N"][-1] == pytest.approx(whole.history["force_x_N"][-1], abs=1e-4 * limit)
 
 
+@pytest.mark.slow
 def test_friction_may_vanish_for_a_while() -> None:
     """An oily spot: nothing is carried on it, and behind it the contact begins as from nothing."""
     spot = ball(load={"friction_coefficient": 0.4}, history={

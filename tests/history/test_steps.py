@@ -79,6 +79,7 @@ def test_creepages_that_change(name: str) -> None:
     assert np.mean([moment.applications for moment in moments[1:]]) < 18
 
 
+@pytest.mark.slow
 def test_the_order_is_two() -> None:
     """Halving the elements and the steps of smooth inputs divides the error by about four."""
     coarse = history(ball(16), *inputs("wave", DISTANCES[::2]), rows=DISTANCES[::2])
@@ -254,6 +255,7 @@ def test_a_state_from_another_grid_keeps_its_force() -> None:
     assert 0.1 < away / found.uncertainty["force_x_N"] < 1.0
 
 
+@pytest.mark.slow
 def test_loads_that_change() -> None:
     """Elements and steps halved: the forces agree with those of the finer ones to second order."""
     wave = 1.0 + 0.3 * np.sin(2.0 * math.pi * np.linspace(0.0, 14e-3, 57) / 7e-3)

@@ -74,6 +74,7 @@ def test_crests_that_touch_are_counted() -> None:
     assert "uncertainty.contact_spots_right" not in result.history
 
 
+@pytest.mark.slow
 def test_a_rise_ahead_moves_the_contact_ahead() -> None:
     """To where the gap x²/2R − h′x is least, R h′ ahead of the axle; behind it where rail or wheel fall."""
     for ahead, body in ((1.0, "surface"), (-1.0, "on_wheel")):

@@ -123,6 +123,7 @@ def test_a_picture_that_cannot_be_written_says_so(tmp_path: pathlib.Path, monkey
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_the_resolution_and_size_for_print(tmp_path: pathlib.Path) -> None:
     from PIL import Image
 

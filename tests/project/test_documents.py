@@ -94,6 +94,7 @@ def test_the_site_has_all_cases_and_names(site: Path) -> None:
         assert f'doc-object-name doc-class-name">{name}<' in reference or f'doc-function-name">{name}<' in reference, name
 
 
+@pytest.mark.slow
 def test_the_gallery_has_every_case() -> None:
     pytest.importorskip("mkdocs")
     pages = importlib.import_module("scripts.site_pages")

@@ -212,6 +212,7 @@ def messages() -> Iterator[str]:
                 yield node.value
 
 
+@pytest.mark.slow
 def test_keys_that_messages_name_exist() -> None:
     def keys(path: tuple[str | int, ...]) -> Iterator[str]:
         yield ".".join(map(str, path))

@@ -76,6 +76,7 @@ def test_conduction_between_bodies_that_stick_is_known_closely() -> None:
     assert result.coupled.scalars["gamma_st"] == 1.0 and abs(value - 50.0) <= error < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", sampled([(16, 64), (64, 16), (64, 8)], 3))
 def test_grids_that_resolve_one_direction_only(shape: tuple[int, int]) -> None:
     """Estimates come from grids that refine both sides; without any there are none."""
@@ -105,6 +106,7 @@ def test_a_strip_that_sticks_over_an_interlayer_asks_for_no_finer_grid() -> None
     assert result.coupled.scalars["gamma_st"] + relative(result)["gamma_st"] > 2e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("creepage", [0.008, pytest.param(0.012, marks=pytest.mark.slow)])
 def test_rail_that_slides_everywhere_is_accurate_on_few_elements(creepage: float) -> None:
     """Beside its top a rail gives the wheel differential slip, but no place without rigid slip."""

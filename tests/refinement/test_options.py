@@ -136,6 +136,7 @@ def neighbours() -> list[list[Level]]:
     return levels
 
 
+@pytest.mark.slow
 def test_the_coarser_grid_corrects_the_start_from_the_last_problem(neighbours: list[list[Level]]) -> None:
     """The start of the finest grid is several times closer to the state with what the coarser grid has found of the change."""
     before, now = neighbours

@@ -466,6 +466,7 @@ def hot(lower: Material, upper: Material, creepage: float, speed: float = 100.0,
     return on_grid(Problem(lower, upper, spheres(0.03), 65.0, Friction(0.3), Motion(speed, creepage), heating), 16)
 
 
+@pytest.mark.slow
 def test_heat_and_shear_share_one_fixed_point():
     result, other = solve(hot(STEEL, CERAMIC, 0.003)), solve(hot(CERAMIC, STEEL, -0.003))
     assert result.converged and other.converged

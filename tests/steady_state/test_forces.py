@@ -145,6 +145,7 @@ def with_motion(problem: Problem, sign_x: float, sign_y: float, sign_spin: float
         name: None if value is None else signs[name] * value for name, value in given.items()}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", SOLVED)
 def test_mirrored_in_y_the_lateral_force_and_spin_moment_change_sign(problem):
     one, other = solved(problem).coupled, solved(with_motion(problem, 1.0, -1.0, -1.0)).coupled

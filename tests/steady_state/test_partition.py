@@ -271,6 +271,7 @@ def test_equal_bodies_are_not_solved_for():
     assert creeping.work["partition"]["applications"] <= 8
 
 
+@pytest.mark.slow
 def test_a_body_at_rest_takes_little_of_the_heat():
     """Slide-roll ratio 2 at V a/κ = 37 of the moving body: near the closure with mean temperatures."""
     result = solved(rolling(grid=32, creepage=(2.0, 0.0), heating=MATCHED))

@@ -95,6 +95,7 @@ def test_summary_has_every_name_of_the_interface():
         assert name in summary["work"], name
 
 
+@pytest.mark.slow
 def test_every_field_is_there_with_the_shape_of_the_grid():
     result = solved(on_grid(VARIED["hot"], (20, 28)))
     for state in (result.coupled, result.isothermal):
@@ -225,6 +226,7 @@ def test_plan_tells_before_solving_what_will_be_done():
         assert not set(other.run) & set(other.skipped)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", sampled([2e-2, 2e-3]))
 def test_accuracy_picks_the_grid(wanted):
     """Coarse where little is asked for; the scalars are then as good as that, against a fine grid."""

@@ -120,6 +120,7 @@ def both(grid: int, **motion):
     return solved(rolling(geometry=ARC, **options)), solved(rolling(geometry=BALL, **options))
 
 
+@pytest.mark.slow
 def test_an_arc_of_points_is_the_elliptic_contact():
     """N = 128, with differential slip: all scalars within 1e-4 (forces of μW), in at most twice the applications."""
     arc, ball = both(128, creepage=(6e-4, 3e-4), spin=0.3)

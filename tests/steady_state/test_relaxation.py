@@ -49,6 +49,7 @@ def scalars(problem: Problem) -> dict[str, float]:
     return result.coupled.scalars
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", reference("relaxing_spheres")["cases"][::3],
                          ids=lambda case: str(case["input"]["retardation_length_over_a"]))
 def test_spheres_of_a_prototype(case: dict) -> None:

@@ -103,6 +103,7 @@ def test_the_tension_behind_a_sliding_sphere():
     assert abs(value.value - exact.value) < error.value
 
 
+@pytest.mark.slow
 def test_contact_like_a_line():
     """a/b = 0.02: von Mises on the axis as by quadrature; the range of σ_xz is that of a line, p₀/2 at a/2."""
     result = solved(grid=64, body=BODY, friction=0.0, geometry=ellipse(0.02), request=SubsurfaceRequest(("lower",)))

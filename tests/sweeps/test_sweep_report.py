@@ -134,6 +134,7 @@ def test_files_that_a_smaller_sweep_leaves_over_are_removed_and_those_of_others_
     assert quiet.stderr == ""
 
 
+@pytest.mark.slow
 def test_peaks_without_a_limit_are_told_in_every_form(tmp_path: Path) -> None:
     """An arc that ends beside its top: under the smaller load the contact does not get there."""
     profile = "[geometry.upper_profile]\npoints_mm = [[-0.1, -0.000167], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]\n[load]"

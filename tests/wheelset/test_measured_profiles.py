@@ -100,6 +100,7 @@ def test_measured_wheels_have_a_conicity(wheel: str, rail: str) -> None:
     assert len(repr(found)) < 100 and "at 3 mm, 4 amplitudes from 1 to 5 mm" in repr(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("depth", "expected"), [
     (0.4, 0.23), pytest.param(0.9, 0.33, marks=pytest.mark.slow), pytest.param(1.4, 0.55, marks=pytest.mark.slow)])
 def test_a_hollow_wheel_has_the_conicity_of_the_orbit_over_both_wells(depth: float, expected: float) -> None:

@@ -150,6 +150,7 @@ def test_files_and_pictures_know_the_roller(tmp_path: Path) -> None:
     assert "roller, radius 500 mm" in [text.get_text() for text in legend.get_texts()]
 
 
+@pytest.mark.slow
 def test_a_sphere_touches_the_same_however_it_is_yawed() -> None:
     """A roller of 1e8 mm is a rail, and a wheel whose outline is a circle of its own radius is a sphere."""
     there = {"vertical_N": 1e3}

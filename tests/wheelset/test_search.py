@@ -29,6 +29,7 @@ def separate() -> list[dict]:
     return [case for case in contact_cases() if not case["name"].strip().endswith(JOINED)]
 
 
+@pytest.mark.slow
 def test_places_angles_and_creepages_are_those_of_contact():
     seen = []
     for case in separate():

@@ -297,6 +297,7 @@ def transforms(work) -> tuple[int, object]:
     return counted.transforms - before, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shift", "first", "following"), [(3.0, 2.0, 0.9), SLOW(5.0, 3.2, 1.9), SLOW(7.0, 2.0, 1.5)])
 def test_a_wheel_costs_little_more_than_its_patches(shift, first, following):
     """One wheel without heat: a patch, two of them, one on the flange; and where it stands a little later. Measured: 1.9, 3.1

@@ -132,7 +132,6 @@ def test_a_crown_wears_flat() -> None:
     assert line_load(last.result)[centre] * 1e-3 == pytest.approx(wanted["q_centre_N_mm"], rel=0.03)
 
 
-@pytest.mark.slow
 def test_a_crown_worn_far_beyond_the_approach_is_rigid() -> None:
     """Depth w²/(2R) ∝ n^(2/3) of rigid wear, and the passes of an independent wear solver; ridges at the border of the contact
     would limit the steps. After two approaches the rigid law is 2 % off, by that solver, too."""
