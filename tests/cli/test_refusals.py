@@ -52,8 +52,9 @@ def test_what_is_refused(folder: Path, command: str, code: int, words: list[str]
 @pytest.mark.parametrize("command", [run.run, sweep_command.sweep, fit.fit, wear.wear, conicity.conicity])
 def test_commands_that_compute_have_the_same_options(command: object) -> None:
     declared = " ".join(str(value.annotation) for value in inspect.signature(command).parameters.values())  # type: ignore
-    for name in ("Output", "Settings", "AsJson", "NoPlots", "Formats", "Dpi", "Report", "Quiet", "Verbose"):
+    for name in ("Output", "Settings", "AsJson", "NoPlots", "Formats", "Dpi", "Report", "Quiet"):
         assert f"options.{name}" in declared, name
+    assert "options.Verbose" in declared or "options.Trace" in declared  # who shows no grids has the trace of a bug
 
 
 @pytest.mark.slow
