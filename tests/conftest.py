@@ -27,12 +27,12 @@ def pytest_configure(config: pytest.Config) -> None:
         command_line.WARNINGS["PYTHONWARNINGS"] = "error"
 
 
-LONGEST = ("test_history_case", "test_bearing", "test_fit", "test_solve_wheelset", "test_documents_commands", "test_relaxation",
-           "test_run_pictures", "test_stage", "test_cli_process", "test_faults", "test_sweep", "test_documents",
-           "test_creep_table", "test_line_case", "test_service", "test_tangential", "test_thermal_friction",
-           "test_wheelset_file", "test_slip_friction", "test_stress_small", "test_steps", "test_conicity", "test_cli_cases",
-           "test_sweep_faults", "test_friction_places", "test_sliding", "test_worn", "test_dissimilar", "test_strong_heat",
-           "test_coated_heat")
+LONGEST = ("test_history_case", "test_bearing", "test_fit", "test_solve_wheelset", "test_conicity",
+           "test_wheelsets_over_time", "test_cli_process", "test_lines_over_time", "test_sweep_faults", "test_sweep",
+           "test_run_pictures", "test_worn", "test_surfaces_of_wheelsets", "test_slip_friction", "test_tangential",
+           "test_slices_over_time", "test_creep_table", "test_sweep_pictures", "test_wheelset_file", "test_line_case",
+           "test_slices", "test_relaxation", "test_determinism", "test_friction_places", "test_steps", "test_surfaces",
+           "test_subsurface_files", "test_dissimilar", "test_cli_results", "test_sliding")
 """Files whose tests take longest: processes that share the files begin with them, so that none is left with one at the end."""
 
 

@@ -231,6 +231,7 @@ def test_heat_of_a_contact_is_the_power_of_what_acts_on_the_ball(patches: str) -
         assert found["Q_F_W"] == pytest.approx(power, rel=3e-4)
 
 
+@pytest.mark.slow
 def test_either_ring_may_turn() -> None:
     """Without centrifugal forces only the speeds of the rings against each other count."""
     one, other = (solve(case(**FEW | {"bearing__inner_rpm": inner, "bearing__outer_rpm": outer, "bearing__patches": "plane"}))
@@ -365,6 +366,7 @@ def test_expansion_under_pressure_drives_the_rings() -> None:
     assert result["torque_from_forces_Nmm"] == pytest.approx(result["torque_Nmm"], rel=3e-4)
 
 
+@pytest.mark.slow
 def test_a_product_is_no_better_known_than_its_factors(combined: Result) -> None:
     """T_γ without spin is |F_x ξ_x| + |F_y ξ_y|."""
     for ring in ("inner", "outer"):

@@ -36,6 +36,7 @@ def test_plot_prints_what_it_wrote(results: Path, tmp_path: Path) -> None:
     assert [path.stem for path in sorted(written)] == ["a_gap", "a_pressure", "b_gap", "b_pressure"]
 
 
+@pytest.mark.slow
 def test_plot_writes_beside_the_result(results: Path, tmp_path: Path) -> None:
     (tmp_path / "a.h5").write_bytes((results / "a.h5").read_bytes())
     done = call("plot", "a.h5", "--normalised", "-q", "--dpi", 100, painted=True, cwd=tmp_path)

@@ -30,6 +30,7 @@ def strict(line: str) -> dict[str, Any]:
     return dict(json.loads(line, parse_constant=lambda name: pytest.fail(f"{name} is not JSON")))
 
 
+@pytest.mark.slow
 def test_run_writes_files_and_a_table(case: Path, tmp_path: Path) -> None:
     done = call("run", case, "--set", "numerics.grid=32", cwd=tmp_path)  # two grids, so there are estimates
     assert done.returncode == 0

@@ -98,6 +98,7 @@ def test_one_grid_alone_says_that_it_has_no_estimates(outputs: tuple[Called, dic
     assert "no error estimates" not in table.stdout
 
 
+@pytest.mark.slow
 def test_table_fits_eighty_columns(outputs: tuple[Called, dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch) -> None:
     _, _, path = outputs
     for columns in (80, 130):

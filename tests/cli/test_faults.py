@@ -225,6 +225,7 @@ def test_a_result_cut_anywhere(folder: Path) -> None:
     assert names(folder) == {"case.toml", "cut.h5", "foreign.h5", "results"}
 
 
+@pytest.mark.slow
 def test_odd_names_everywhere(tmp_path: Path) -> None:
     place = tmp_path / "Ordner mit Leerzeichen – 漢字 🚂"
     place.mkdir()

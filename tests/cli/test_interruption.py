@@ -140,6 +140,7 @@ def test_a_table_in_several_processes_stops_and_keeps_its_journal(tmp_path: Path
     assert list(tmp_path.iterdir()) == [journal]
 
 
+@pytest.mark.slow
 def test_whoever_waits_for_others_can_be_stopped(tmp_path: Path) -> None:
     """Here for standard input."""
     with started(tmp_path, "validate", "-", stdin=subprocess.PIPE) as waiting:

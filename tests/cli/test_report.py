@@ -71,6 +71,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_report_says_what_the_result_says(folder: Path) -> None:
     page, result = read(folder / "a_report.html"), read_result(folder / "a.h5")
     assert ("img", {}) not in page.elements and sum(tag == "img" for tag, _ in page.elements) >= 4

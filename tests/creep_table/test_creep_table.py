@@ -68,6 +68,7 @@ def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
 # --- how good it is ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_states_errors_within_the_goals(circle: CreepForceTable) -> None:
     quality = circle.values.quality
     assert quality.points == printed("sweeps_and_tables", "1,000 random points")[0].value

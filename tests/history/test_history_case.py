@@ -168,6 +168,7 @@ def test_a_picture_that_is_not_drawn_is_not_listed(tmp_path: Path, monkeypatch: 
     assert [path.name for path in tmp_path.glob("*.png")] == ["ball_summary.png"]
 
 
+@pytest.mark.slow
 def test_fields_of_some_rows_and_their_animation(tmp_path: Path) -> None:
     (tmp_path / "ball.toml").write_text(Case.from_dict(ball(numerics={"grid": 8}, history={"fields_every": 4})).to_toml())
     for command in (("run", tmp_path / "ball.toml", "-o", tmp_path, "--no-plots"),
@@ -644,6 +645,7 @@ def test_an_error_is_no_larger_than_what_its_row_can_have() -> None:
         assert min(history[f"uncertainty.{name}"][1:]) > 0.0, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("begin", "forces", "heats"), [
     pytest.param("steady", [0.11907, 0.084463, 0.025039, -0.046922, -0.10599],
                  [0.0003572, 0.00017364, 1.9387e-05, 3.6099e-05, 0.00026024], marks=pytest.mark.slow),

@@ -129,6 +129,7 @@ def test_which_body_which_period_and_what_height_do_not_matter() -> None:
     np.testing.assert_allclose(column(even, "pressure_max_MPa"), column(smooth, "pressure_max_MPa"), rtol=6e-5)
 
 
+@pytest.mark.slow
 def test_long_wave_is_a_curvature() -> None:
     """Below a crest of a wave 4 mm long bodies have the curvature 1/R + k²Δ, in a trough 1/R − k²Δ."""
     for sign in (1.0, -1.0):
@@ -253,6 +254,7 @@ def test_a_rough_step_takes_few_applications() -> None:
         assert work[1] < most * work[0]
 
 
+@pytest.mark.slow
 def test_stresses_below_rows_with_fields(tmp_path: Path) -> None:
     """Before a dent comes they are those of the steady state; the result has the largest of all rows, also from its file."""
     case = over_time(16, 0.3, 6, subsurface={"bodies": ["lower"], "layers": 8})

@@ -36,6 +36,7 @@ def hot() -> Result:
     return solve(Case.parse(THERMAL, name="hot"))
 
 
+@pytest.mark.slow
 def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """All blocks of docs/read_results.md, one after the other, with warnings as errors. Only the block that names xarray needs
     it. What `print` writes is what stands beside it."""

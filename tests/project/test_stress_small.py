@@ -30,6 +30,7 @@ def cases() -> list[StressCase]:
     return [stress_case(seed, small=True) for seed in range(CASES)]
 
 
+@pytest.mark.slow
 def test_a_case_beyond_the_limit_keeps_the_invariants() -> None:
     case = Case.parse(HOT + '[thermal]\npeclet = "stationary"\n')
     done = POPULATIONS["contacts"].check(StressCase(-1, case, case.problem, 1.0))
@@ -111,6 +112,7 @@ def test_a_seed_always_gives_the_same_case_and_a_file_that_can_be_read() -> None
         assert Case.parse(case.case.to_toml()).problem == case.problem
 
 
+@pytest.mark.slow
 def test_cases_are_spread_over_what_can_be_written(cases: list[StressCase]) -> None:
     problems = [case.problem for case in cases]
     assert {p.heating.peclet for p in problems if p.heating.heat} == {"rolling", "sliding", "stationary"}

@@ -35,6 +35,7 @@ def test_only_what_is_asked_for_decides_the_grid(asked: tuple[str, ...]) -> None
     assert relative(found)["heat_flux_max_W_mm2"] > 0.0 and found["pressure_max_MPa"] > 0.0
 
 
+@pytest.mark.slow
 def test_forces_alone_need_a_coarser_grid_than_everything() -> None:
     forces, all_of_it = solve(accurate_to(2e-3, article_4_1(64), "forces")), everything(2e-3)
     assert len(forces.x) < len(all_of_it.x)

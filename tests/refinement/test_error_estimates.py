@@ -167,6 +167,7 @@ def test_symmetry_leaves_no_error(grid: tuple[int, int]) -> None:
     assert lateral.uncertainty["force_x_N"] == lateral.coupled.scalars["force_x_N"] == 0.0 < lateral.uncertainty["force_y_N"]
 
 
+@pytest.mark.slow
 def test_left_out_deformation_is_part_of_the_error() -> None:
     """Bulged by 4e-4 of the approach: left out on a given grid, and the truth with it lies within the estimates without."""
     problem = rolling(grid=48, creepage=(0.003, 0.0), heating=Heating())

@@ -74,6 +74,7 @@ def test_a_layer_that_slides_as_a_whole_carries_what_it_has_hardened_to(hardenin
     assert force(problem) == pytest.approx(exact, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_limits_are_perfect_yield_and_coulombs_friction() -> None:
     perfect, elastic = force(layered(0.3, 0.0)), force(rolling(grid=24, creepage=(0.002, 0.0)))
     forces = [force(layered(0.3, hardening)) for hardening in (-1e-4, 1e-4, 0.1, 5.0)]

@@ -507,6 +507,7 @@ def test_tangential_expansion_estimate():
         assert exact <= estimate <= 2.5 * exact
 
 
+@pytest.mark.slow
 def test_tangential_expansion_is_told_where_it_matters():
     def told(problem):
         return any("stretch along each other" in w for w in solve(problem).warnings)

@@ -218,6 +218,7 @@ def test_a_rigid_common_surface_gives_the_slip_of_its_profile():
 ENDS = {"body": elastic(0.3), "load": 400.0, "friction": 0.2, "creepage": (6e-4, 0.0)}
 
 
+@pytest.mark.slow
 def test_a_contact_at_an_end_is_marked():
     """An arc that ends 0.1 mm beside its top: pressure without limit there, marked and without an error estimate."""
     cut = below(points(lambda y: -(y**2) / 80.0, -0.1, 4.0, 42), 0.02)

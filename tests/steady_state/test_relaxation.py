@@ -102,6 +102,7 @@ def test_the_middle_of_a_long_contact_is_hunters(
     assert line.max() == pytest.approx(largest, rel=within[2])
 
 
+@pytest.mark.slow
 def test_the_limits_are_elastic_bodies() -> None:
     """Rolled through far faster and far slower than the body relaxes."""
     remaining = 1.0 - sum(share for share, _ in TREAD.relaxation)

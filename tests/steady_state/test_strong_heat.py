@@ -96,6 +96,7 @@ def test_neighbours_do_not_decide_where_the_domain_goes(speeds):
             assert off < 2e-5 * error_scale(name, summary), (speed, name)
 
 
+@pytest.mark.slow
 def test_the_domain_follows_a_contact_that_shrinks():
     """At 160 W it is a quarter as wide; each state has the whole of its contact, on a grid of its own, and carries the load."""
     result = solved(sliding(160, 64))

@@ -289,6 +289,7 @@ def test_dissimilar_bodies_with_falling_friction_and_matched_heat():
     assert_friction_goes_with_temperature(problem)
 
 
+@pytest.mark.slow
 def test_heat_that_travels_with_the_slip():
     problem = falling(replace(article_4_1(16, heating=Heating(peclet="sliding")), motion=Motion(100.0, 0.003, 0.0)), 5e-3)
     assert_friction_goes_with_temperature(problem)

@@ -89,6 +89,7 @@ def test_bodies_press_on_each_other_alike(coated: Result) -> None:
     assert np.abs(lower[4:] + upper[4:]).max() < 1e-5 * scale > 1e-5 * np.abs(lower[4]).max() > 0.0
 
 
+@pytest.mark.slow
 def test_scalars_are_those_of_the_fields(coated: Result) -> None:
     scalars, stresses, depths = coated.subsurface.scalars, stresses_of(coated, "upper"), coated.bodies["upper"].depths
     at = [part.stop - 1 for part in within_layers(depths)[:-1]]
@@ -185,6 +186,7 @@ def test_thermal_stresses_are_refused_where_a_body_has_layers() -> None:
         make_plan(replace(problem, subsurface=SubsurfaceRequest()))
 
 
+@pytest.mark.slow
 def test_a_coated_ball_through_files(tmp_path: Path) -> None:
     """From the command line: scalars in JSON, HDF5 and CSV, the picture, a history on both sides of an interface, the plan."""
     case = ROOT / "cases" / "coated_ball.toml"

@@ -40,6 +40,7 @@ def peak(result, body, prefix=""):
     return scalars[f"{prefix}von_mises_max_{body}_MPa"] / result.of_problem["hertz_p0_MPa"], *places
 
 
+@pytest.mark.slow
 def test_sphere():
     """Exact: 0.620041 p₀ at 0.480864 a (ν = 0.3), by parabolas between layers and between elements of any parity."""
     largest, x, y, depth = peak(solved(grid=33, body=BODY, friction=0.0), "lower")
@@ -57,6 +58,7 @@ def test_the_largest_shear_stress_below_a_sphere_is_half_of_the_difference_of_th
     assert scalars["tresca_shear_depth_lower_mm"] == pytest.approx(scalars["von_mises_depth_lower_mm"], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_sliding_sphere():
     """With all of the traction along x: 0.6476 and 0.6598 p₀, towards where the traction on the body points."""
     friction = 0.3
@@ -224,6 +226,7 @@ def test_a_body_without_heat_has_elastic_stresses_only():
     assert result.subsurface.scalars.keys() == SUBSURFACE_SCALARS.keys() - STRENGTH_SCALARS.keys() - BOND_SCALARS.keys()
 
 
+@pytest.mark.slow
 def test_kept_fields():
     """One plane, von Mises stresses everywhere, or everything: the same numbers."""
     plane, stress, full = (
@@ -269,6 +272,7 @@ def test_a_maximum_below_the_last_layer_is_covered_or_told(depth: float | None) 
         assert (math.isnan(error) and told) or off <= error + reference, name
 
 
+@pytest.mark.slow
 def test_few_layers_have_wide_estimates_and_a_warning():
     few, true = (solved(SubsurfaceRequest(("lower",), layers=layers), grid=16, creepage=(0.01, 0.0)) for layers in (6, None))
     assert "6 depths" in few.warnings[-1] and not true.warnings

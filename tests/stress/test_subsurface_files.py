@@ -51,6 +51,7 @@ def test_an_empty_table_is_a_wish() -> None:
     assert (deeper.depth, deeper.bodies) == (0.5e-3, ("upper",))
 
 
+@pytest.mark.slow
 def test_hdf5_and_xarray(full: Path) -> None:
     """Layers as chunks, in single precision, with coordinates; read back as they were written."""
     with h5py.File(full) as file:
@@ -73,6 +74,7 @@ def test_hdf5_and_xarray(full: Path) -> None:
     assert relative(stored)["von_mises_max_lower_MPa"] < 0.1
 
 
+@pytest.mark.slow
 def test_json_and_show(tmp_path: Path) -> None:
     case = written(tmp_path, MECHANICAL + TABLE.format('"plane"') + 'bodies = ["lower"]\n')
     record = json.loads(call("run", case, "-o", tmp_path, "--json", "--no-plots").stdout)

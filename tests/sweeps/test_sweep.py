@@ -86,6 +86,7 @@ def assert_same(folder: Path, serial: Swept) -> None:
 # --- what a sweep writes -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_one_file_per_point_a_table_a_picture(serial: Swept) -> None:
     assert serial.done.returncode == 0
     names = [f"spheres_{number:04d}" for number in range(1, POINTS + 1)]

@@ -68,6 +68,7 @@ def test_a_search_for_tractions_that_stops_goes_on_with_another_residual() -> No
     assert result.converged, result.reason
 
 
+@pytest.mark.slow
 def test_two_patches_that_become_one_at_the_given_force_are_one_already() -> None:
     """As two, which displace each other like points, they carry less than 50 kN where they meet, as one they carry more."""
     case = measured("Car7358_0001r.whl", "rail_left_iter288.ban", lateral_shift_mm=-5.0)

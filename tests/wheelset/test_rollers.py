@@ -142,6 +142,7 @@ def test_the_edge_of_a_wheel_far_off_its_roller_is_a_reason() -> None:
     assert not result.converged and "the profiles meet at sharp ends alone" in result.reason
 
 
+@pytest.mark.slow
 def test_files_and_pictures_know_the_roller(tmp_path: Path) -> None:
     on_rollers({"roller_radius_mm": 500.0}, wheels="right", roll_mrad=0.0).save(tmp_path / "rig.h5")
     found = read_result(tmp_path / "rig.h5")

@@ -97,6 +97,7 @@ def test_a_wheel_climbs_a_nose_ahead_of_its_axle() -> None:
     assert number.get_text() == "1" and number.xy == (patch.record["y_mm"], patch.record["x_mm"])
 
 
+@pytest.mark.slow
 def test_a_mirrored_track_mirrors_the_forces() -> None:
     """A rail that moves sideways along the track, under a right wheel and as its mirror image under a left one."""
     places = np.arange(-60.0, 61.0, 40.0)

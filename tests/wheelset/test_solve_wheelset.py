@@ -77,6 +77,7 @@ def force(result: Result) -> np.ndarray:
     return np.array([result.scalars[f"track_force_{axis}_N"] for axis in "xyz"])
 
 
+@pytest.mark.slow
 def test_the_moment_of_the_pressure_brakes_a_wheel_of_another_material():
     """A softer wheel that pulls on a steel rail: the moment of its pressure is a quarter of the heat of friction."""
     unlike = TEXT.replace(
@@ -393,6 +394,7 @@ def test_a_wheelset_without_friction_rolls_freely():
     assert "friction carries 0 N at most" in driven.reason
 
 
+@pytest.mark.slow
 def test_a_contact_at_the_end_of_a_rail_has_a_pressure_without_bound():
     points = [[1e3 * y, 1e3 * z] for y, z in outline_points("MBench_UIC60_v3.prr") if y > -0.0135]
     text = TEXT.replace(f'{{ file = "{ROOT}/cases/MBench_UIC60_v3.prr" }}', f"{{ points_mm = {points} }}")

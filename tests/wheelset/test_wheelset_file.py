@@ -182,6 +182,7 @@ def test_a_result_is_a_case_for_other_commands(folder: Path) -> None:
     assert worn.returncode == 3 and "does not say how far the profiles wear" in worn.stderr
 
 
+@pytest.mark.slow
 def test_python_takes_it_as_any_result(stored: Result, tmp_path: Path) -> None:
     assert read_result(stored.save(tmp_path / "w.h5")).scalars == stored.scalars
     patch = stored.contacts[1].save(tmp_path / "p.h5")

@@ -214,6 +214,7 @@ def test_errors_cover_shorter_steps() -> None:
         assert 0.0 < apart < coarse[-1][f"uncertainty.{name}"] < 0.2 * coarse[-1][name]
 
 
+@pytest.mark.slow
 def test_a_failed_step_goes_on_with_another_grid(whole: Path, tmp_path: Path) -> None:
     """Positions that are solved stay as they are, and each step says how fine its grids were."""
     first, *records = (whole / "results" / "m_wear.jsonl").read_text().splitlines(keepends=True)

@@ -437,6 +437,8 @@ def _message(error: Any, entry: Entry) -> str:
         return "must be finite"
     if kind == "greater_than_equal":
         return "must be greater than 0" if error["ctx"]["ge"] > 0 >= value else "is below the allowed range"
+    if kind == "greater_than":
+        return f"must be greater than {error['ctx']['gt']:g}"
     if kind in ("float_type", "bool_type") and known_words(entry):
         return f"{_MESSAGES[kind].replace(' or ', ', ')} or a known word"
     return str(_MESSAGES.get(kind, error["msg"]))
