@@ -55,6 +55,8 @@ to 0.05 at a constant load, however large the force (Mindlin and Deresiewicz), a
 OF_TRACTIONS = ("force_x_N", "force_y_N", "spin_moment_Nmm", "shear_max_MPa", "elastic_energy_J", "Q_F_W", "T_gamma_N",
                 "T_gamma_without_spin_N", "heat_flux_max_W_mm2", "gamma_st")  # fmt: skip
 """What is known exactly where there are no tractions."""
+POWERS = "Q_F_W", "heat_into_lower_W", "heat_into_upper_W"
+"""Means since the row before, where nothing rolls."""
 SINCE_THE_START = "work_J", "heat_J"
 """Sums over all steps so far."""
 
@@ -77,6 +79,13 @@ class ReportedMoment(When):
     step: float = 0.0
     unseen: float = 0.0
     since: float | None = None
+
+
+def mean_powers(problem: Problem, heat: float, time: float) -> dict[str, float]:
+    """The means of the `POWERS` (W, of lines per length) while a `heat` (J) is rubbed within a `time` (s): the first alone
+    where the partition of the heat is found."""
+    share, power = problem.heating.partition, heat / time
+    return dict(zip(POWERS, (power,) if share == "matched" else (power, share * power, (1.0 - share) * power), strict=False))
 
 
 def over_rows(places: Array, known: Array, difference: Array, alike: Array | None = None) -> Array:
@@ -193,14 +202,14 @@ class _Compared:
         """A column of one `part` of a pair at `places`. Powers that are means are those since the row before of the `coarser`
         one: means over other times are other quantities."""
         column, heat = [part[place].scalars[name] for place in places], self.named("heat_J")
-        share = self.history.problem.heating.partition
-        into = {} if share == "matched" else {"heat_into_lower_W": share, "heat_into_upper_W": 1.0 - share}
-        own = {self.named(each): of_body for each, of_body in {"Q_F_W": 1.0, **into}.items()}.get(name)
-        for k, row in enumerate(part[place] for place in places if own is not None):
+        if name not in map(self.named, POWERS):
+            return column
+        for k, row in enumerate(part[place] for place in places):
             since = coarser[row.place].since
-            if own is not None and since is not None and not math.isnan(column[k]):
-                before = part[since]
-                column[k] = own * (row.scalars[heat] - before.scalars[heat]) / (row.time - before.time)
+            if since is not None and not math.isnan(column[k]):
+                rubbed, lasted = row.scalars[heat] - part[since].scalars[heat], row.time - part[since].time
+                powers = {self.named(each): power for each, power in mean_powers(self.history.problem, rubbed, lasted).items()}
+                column[k] = powers.get(name, column[k])
         return column
 
     def difference(self, name: str) -> Array:

@@ -30,6 +30,7 @@ from thermoroll_cli.many_contacts.history.row_errors import (
     Pair,
     ReportedMoment,
     errors_of_rows,
+    mean_powers,
     scalars_of_problem,
     with_rounding,
 )
@@ -241,10 +242,9 @@ class _Level:
         """A row whose powers, as nothing has rolled since the row `before`, are the means since then: those of single steps
         would be other quantities with other steps, as where a shift turns back and all sticks for a while."""
         reported = moment.reported
-        power = (reported.scalars["heat_J"] - before.reported.scalars["heat_J"]) / (moment.time - before.time)
-        share, powers = self.history.problem.heating.partition, {"Q_F_W": power}
-        if share != "matched" and not math.isnan(reported.scalars["heat_into_lower_W"]):
-            powers |= {"heat_into_lower_W": share * power, "heat_into_upper_W": (1.0 - share) * power}
+        rubbed, lasted = reported.scalars["heat_J"] - before.reported.scalars["heat_J"], moment.time - before.time
+        powers = {name: power for name, power in mean_powers(self.history.problem, rubbed, lasted).items()
+                  if not math.isnan(reported.scalars[name])}
         return replace(moment, reported=replace(reported, scalars={**reported.scalars, **powers}))
 
     def _below(self, moment: Moment) -> dict[str, float]:
