@@ -15,6 +15,8 @@ from tests.support.command_line import call
 from thermoroll_cli import Case, CaseError, solve
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.profile_file import outline_fault, read_outline, running_surface
+from thermoroll_cli.many_contacts.wheelset.first_contact import touching
+from thermoroll_cli.problem.rounding import steps_of
 
 STEEL = {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.3}
 CASES = Path(__file__).parents[2] / "cases"
@@ -136,6 +138,7 @@ def test_rounded_heights_are_told_and_counted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("unit", "height_unit", "across", "up"), [("m", None, 1e-3, 1e-3), ("um", None, 1e3, 1e3),
+                                                                   ("in", None, 1 / 25.4, 1 / 25.4),
                                                                    ("mm", "um", 1.0, 1e3), (None, "um", 1.0, 1e3)])  # fmt: skip
 def test_files_in_other_units(tmp_path: Path, unit: str | None, height_unit: str | None, across: float, up: float) -> None:
     (tmp_path / "rail.csv").write_text("\n".join(f"{across * y!r}, {up * z!r}" for y, z in RAIL))
@@ -146,6 +149,33 @@ def test_files_in_other_units(tmp_path: Path, unit: str | None, height_unit: str
     assert (height_unit or unit or "mm") in read.profiles["track.rail_profile"]["unit"]
     with pytest.raises(CaseError, match="is about a file, and there is none"):
         Case.from_dict(tables({"points_mm": RAIL, "unit": "m"}))
+
+
+def test_inches(tmp_path: Path) -> None:
+    """A wheel and a rail in inches are refused with the key; steps of numbers in inches are those that the file has."""
+    rail, wheel = tmp_path / "rail.csv", tmp_path / "wheel.csv"
+    for path, points in ((rail, RAIL), (wheel, WHEEL)):
+        path.write_text("\n".join(f"{y / 25.4:.4f}, {z / 25.4:.4f}" for y, z in points))
+    for each in ({"rail": {"file": str(rail)}}, {"rail": {"points_mm": RAIL}, "wheel": {"file": str(wheel)}}):
+        with pytest.raises(CaseError, match=r'seem to be in inches: .*unit = "in"'):
+            Case.from_dict(tables(**each))
+    read = Case.from_dict(tables({"file": str(rail), "unit": "in"}, {"file": str(wheel), "unit": "in"}))
+    assert read.profiles["wheelset.wheel_profile"]["step_mm"] == pytest.approx(0.00254, rel=1e-9)
+    assert steps_of([[0.001 * k, 0.005 * k] for k in range(20)]) == (0.001, 0.005)
+
+
+def test_each_wheel_has_its_own_flange_back() -> None:
+    """Two instruments that begin elsewhere: the wheelset is the same as with outlines that begin alike."""
+    moved = [[y + 67.5, z] for y, z in WHEEL]
+    own = tables({"points_mm": RAIL}, wheel_profile={"points_mm": WHEEL},
+                 right={"wheel_profile": {"points_mm": moved}, "flange_back_mm": -2.5})
+    alike, apart = (Case.from_dict(each).task for each in (tables({"points_mm": RAIL}), own))
+    for first, second in zip(touching(alike).values(), touching(apart).values(), strict=True):
+        np.testing.assert_allclose(first.gap, second.gap, atol=1e-12)
+    with pytest.raises(CaseError, match=r"(?s)-70 mm is no y of .* wheelset.right.wheel_profile.*in \[wheelset.right\]"):
+        Case.from_dict(tables({"points_mm": RAIL}, right={"wheel_profile": {"points_mm": moved}}))
+    with pytest.raises(CaseError, match=r"wheelset.left.flange_back_mm: 0 mm is no y of .* of wheelset.wheel_profile,"):
+        Case.from_dict(tables({"points_mm": RAIL}, left={"flange_back_mm": 0.0}))
 
 
 def test_heights_in_micrometres_are_asked_about() -> None:

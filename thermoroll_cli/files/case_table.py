@@ -66,7 +66,7 @@ def pairs(allowed: str, description: str, *, least: int = 1, most: int = LARGEST
                  json_schema_extra={"allowed": f"{least} to {most} pairs {allowed}"})
 
 
-LengthUnit = Literal["m", "mm", "um"]
+LengthUnit = Literal["m", "mm", "um", "in"]
 
 
 def unit_key(of: str) -> Any:

@@ -127,6 +127,7 @@ class WheelTable(Table):
 
     wheel_profile: Outline | None = Field(default=None, description="Outline of this wheel")
     nominal_radius_mm: float | None = quantity("Radius of this wheel at z = 0 of its outline", None, ge=1, le=1e5)
+    flange_back_mm: float | None = quantity("y of the flange back in the outline of this wheel", None, ge=-1e3, le=1e3)
     surface: Parts | None = Field(default=None, description="Heights around this wheel", min_length=1, max_length=20)
 
 
@@ -236,10 +237,11 @@ def _rail(track: TrackTable, own: TrackSideTable | None, speed: float, along: fl
 def _wheel(wheelset: WheelsetTable, own: WheelTable | None) -> WheelSide:
     profile = (own and own.wheel_profile) or wheelset.wheel_profile
     assert profile is not None
-    radius = wheelset.si("nominal_radius_mm") if own is None or own.nominal_radius_mm is None else own.si("nominal_radius_mm")
+    radius, back = (wheelset.si(key) if own is None or own.si(key) is None else own.si(key)
+                    for key in ("nominal_radius_mm", "flange_back_mm"))
     slices, angle = slices_of(profile, radius), math.radians(wheelset.rotation_deg)
     points, measured = (slices.outline_at(angle), None) if slices else outline_of(profile, wheel=True)
-    return WheelSide(points, radius, 0.5 * wheelset.si("flange_back_distance_mm"), wheelset.si("flange_back_mm"), measured,
+    return WheelSide(points, radius, 0.5 * wheelset.si("flange_back_distance_mm"), back, measured,
                      slices, angle)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from thermoroll_cli.files.case_conflicts import FLANGE, Conflict, Sections, materials_of
-from thermoroll_cli.files.case_errors import Fault
+from thermoroll_cli.files.case_errors import Fault, KeyPath
 from thermoroll_cli.files.case_history import HistoryTable
 from thermoroll_cli.files.case_surface import given_surfaces
 from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
@@ -69,12 +69,7 @@ def _placed(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
             if fault:
                 yield Conflict(place, fault, "an outline [y, z] in mm, y to the field side, z down", hint, at_key=True)
             elif path == "wheelset" and max(z for _, z in surface) > FLANGE:
-                begin, back = min(y for y, _ in surface), wheelset.flange_back_mm
-                if not begin - BACK_TO_TIP <= back <= begin + BACK_TOLERANCE:
-                    yield Conflict(("wheelset", "flange_back_mm"),
-                                   f"{back:g} mm is no y of the flange back of {'.'.join(place)}, which begins at "
-                                   f"y = {begin:.4g} mm", f"{begin - BACK_TO_TIP:.4g} to {begin + BACK_TOLERANCE:.4g} for this "
-                                   "outline", at_key=True, other=place)
+                yield from _flange_backs(wheelset, place, min(y for y, _ in surface))
     rollers = [track.roller_radius_mm or getattr(getattr(track, side), "roller_radius_mm", None) for side in sides]
     if any(rollers) and not all(rollers):
         yield Conflict(("track", "roller_radius_mm"), "is missing: one side has a rail, the other one a roller", "two rollers",
@@ -96,6 +91,25 @@ def _placed(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
                        "roll_mrad beside height_mm, or vertical_N", at_key=True, other=("wheelset", "height_mm"))
     if (wheelset.angular_velocity_rad_s or 1.0) < 0.0:
         yield Conflict(("wheelset", "angular_velocity_rad_s"), "the wheelset turns backwards", "a positive number: forward")
+
+
+def _flange_backs(wheelset: WheelsetTable, place: KeyPath, begin: float) -> Iterator[Conflict]:
+    """Flange backs, of the wheels with the outline at `place`, that are not where it begins (mm)."""
+    backs: dict[KeyPath, float] = {}
+    for side in SIDES:
+        own = getattr(wheelset, side)
+        if place != (("wheelset", side, "wheel_profile") if own and own.wheel_profile else ("wheelset", "wheel_profile")):
+            continue
+        if own and own.flange_back_mm is not None:
+            backs["wheelset", side, "flange_back_mm"] = own.flange_back_mm
+        else:
+            backs["wheelset", "flange_back_mm"] = wheelset.flange_back_mm
+    for key, back in backs.items():
+        if not begin - BACK_TO_TIP <= back <= begin + BACK_TOLERANCE:
+            yield Conflict(key, f"{back:g} mm is no y of the flange back of {'.'.join(map(str, place))}, which begins at "
+                           f"y = {begin:.4g} mm", f"{begin - BACK_TO_TIP:.4g} to {begin + BACK_TOLERANCE:.4g} for this outline",
+                           f"it may stand in [wheelset.{place[1]}], too" if len(place) == 3 and len(key) == 2 else "",
+                           at_key=True, other=place)
 
 
 def _slices(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:

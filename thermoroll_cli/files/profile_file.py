@@ -29,13 +29,14 @@ from thermoroll_cli.tools.atomic import ReadError, read_bytes
 
 COLUMNS = "two columns"
 """Format of files that spreadsheets write."""
-LENGTHS, STANDS_OUT = (5.0, 500.0), 10.0
-"""Shortest and longest outline of a wheel or a rail, and least height of a flange or a face, in mm."""
+LENGTHS, STANDS_OUT = (10.0, 500.0), 10.0
+"""Shortest (in inches they are 4 to 9 long) and longest outline of a wheel or a rail, and least height of a flange or a face,
+in mm."""
 CLOSED, FOLDED, FOLDS, WAIST = 0.02, 1.5, 0.05, 0.5
 """An outline is closed if its ends are closer than the first share of its length, or than two of its points, and its way
 across is as long as the second over its width; its running surface ends where y goes back by more than the third (mm); a rail
 has a web narrower than the last share of its head and its foot."""
-UNITS = {"m": 1e3, "mm": 1.0, "um": 1e-3}
+UNITS = {"m": 1e3, "mm": 1.0, "um": 1e-3, "in": 25.4}
 """Units that a profile may be given in, in mm."""
 VAMPIRE = ("WHEELPROFILE", "RAILPROFILE")
 """First lines of files with profiles of both sides."""
@@ -251,17 +252,17 @@ def outline_fault(
 
     Only what stands out tells top from bottom: the flange of a wheel, at one end of it, or the faces of a rail. A `flip` or
     `mirror` that the case gives, either way, overrules what the outline looks like."""
-    size = "a profile of a wheel or a rail is 5 to 500 mm long, in mm"
+    size = "a profile of a wheel or a rail is 10 to 500 mm long, in mm"
     if not (farthest := float(np.abs(np.array(points)).max())) <= 1e6:
         return f"{farthest:g} is beyond 1e+06 mm", size
     surface = running_surface(points, wheel=wheel)
     y, z = np.array(surface).T
     length = float(np.hypot(np.diff(y), np.diff(z)).sum())
     if not LENGTHS[0] <= length <= LENGTHS[1]:
-        key = next((key for key in ("m", "um") if LENGTHS[0] <= UNITS[key] * length <= LENGTHS[1]), "")
+        known = {"m": "metres", "in": "inches", "um": "µm"}
+        key = next((key for key in known if LENGTHS[0] <= UNITS[key] * length <= LENGTHS[1]), "")
         return f"the profile is {length:.3g} mm long", (
-            f"its points seem to be in {'metres' if key == 'm' else 'µm'}: give them in mm, or a file with unit = \"{key}\""
-            if key else size)
+            f"its points seem to be in {known[key]}: give them in mm, or a file with unit = \"{key}\"" if key else size)
     # The height that half of the width lies above, wherever points are dense.
     order = np.argsort(z[1:] + z[:-1])
     width = np.cumsum(np.abs(np.diff(y))[order])

@@ -22,6 +22,8 @@ FEWEST, CUBIC = 8, 4
 """Points of which rounding is spoken, and coefficients of the cubic about which they scatter."""
 DECIMALS = range(-1, 9)
 """Decimals of a mm that are tried: a ten-thousandth of a nanometre is no rounding any more."""
+STEPS = (5.08, 5.0, 2.54, 2.0, 1.27, 1.0)
+"""Steps of a decade, of mm and of inches, in mm."""
 WAVES = 400
 """Waves in the sum over all of them."""
 LIKELY = 2.0
@@ -61,11 +63,11 @@ class MeasuredOutline(NamedTuple):
 
 
 def steps_of(points: list[list[float]]) -> tuple[float, float]:
-    """The steps of the numbers in both columns of `points`: the largest 1, 2 or 5 times a power of ten that all are multiples
-    of; 0 where there is none."""
+    """The steps of the numbers in both columns of `points`: the largest 1, 2 or 5 times a power of ten, of mm or of inches,
+    that all are multiples of; 0 where there is none."""
     found = [0.0, 0.0]
     for number, column in enumerate(np.array(points, dtype=float).reshape(-1, 2).T if len(points) >= FEWEST else ()):
-        steps = (factor * 10.0**-decimals for decimals in DECIMALS for factor in (5.0, 2.0, 1.0))
+        steps = (factor * 10.0**-decimals for decimals in DECIMALS for factor in STEPS)
         # Numbers in another unit than mm have been multiplied.
         found[number] = next((step for step in steps if np.abs(column / step - np.rint(column / step)).max() < 1e-5), 0.0)
     return found[0], found[1]
@@ -102,7 +104,8 @@ def rounding_warning(name: str, rounding: Rounding | None, contact_modulus: floa
     if pressure > allowed * (CHOSEN if smoothed else 1.0):
         yield (f"the profile of the {name} has points {1e3 * rounding.spacing:.2g} mm apart that are rounded to about "
                f"{1e3 * math.sqrt(12.0) * rounding.error:.1g} mm, which changes the largest pressure by up to "
-               f"{1e-6 * pressure:.1g} MPa: give more decimals, or {'a larger ' if smoothed else ''}smoothing_mm in its table")
+               f"{float(f'{1e-6 * pressure:.1g}'):g} MPa: give more decimals, or {'a larger ' if smoothed else ''}smoothing_mm "
+               "in its table")
 
 
 def by_rounding(roundings: tuple[Rounding, ...], contact_modulus: float, half_width: float, depth: float = 0.0) -> float:
