@@ -12,7 +12,7 @@ import pytest
 
 from tests.support.command_line import THERMAL, Called, call
 from tests.support.errors import relative
-from thermoroll_cli.cli.tables import scalar_table
+from thermoroll_cli.cli.tables import alike, scalar_table
 from thermoroll_cli.files.result.outcome import read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.scalar_errors import MISMATCHES, isothermal_text, number, rounded, with_error
@@ -137,9 +137,11 @@ def test_value_with_error(value: float, error: float, text: str) -> None:
 
 
 def test_numbers_of_a_column_are_written_alike() -> None:
-    """Those of a load that passes 100 kN; what a symmetry makes zero but for rounding has no digits."""
+    """Those of a load that passes 100 kN; what a symmetry makes zero has no digits; 15.42927 beside 0.93634 is not
+    15.42900."""
     assert [number(value) for value in (99021.3, 1e5, 123456.7)] == ["99021", "100000", "123460"]
     assert [number(value, 4) for value in (1502.4, 15024.0, 8.63e-17, -0.0)] == ["1502", "15020", "0", "0"]
+    assert alike(["15.429", "0.93634", "-2"]) == ["15.429  ", " 0.93634", "-2      "]
 
 
 def test_a_value_beside_another_has_its_digits() -> None:

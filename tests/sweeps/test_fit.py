@@ -302,6 +302,16 @@ def test_a_unit_behind_a_name_is_no_part_of_it(tmp_path):
     assert list(Measured.read(tmp_path / "data.csv").values) == ["force_x_N"]
 
 
+def test_columns_that_begin_with_a_hash_are_left_out(tmp_path):
+    """Whatever a rig writes beside what is fitted: text, repeated names, other quantities with decimal commas."""
+    (tmp_path / "rig.csv").write_text("#time;creepage.longitudinal [%];#µ;force_x_N;#µ\n"
+                                      "10:05;5,0;0,4;602;-\n10:06;3,0;0,42;631;-\n")
+    read = Measured.read(tmp_path / "rig.csv")
+    assert {name: column.tolist() for name, column in (read.varied | read.values).items()} == {
+        "creepage.longitudinal": [0.05, 0.03], "force_x_N": [602.0, 631.0]}
+    assert list(Measured.of({"#note": ["a"], "force_x_N": [1.0]}).values) == ["force_x_N"]
+
+
 def test_units_behind_names_are_converted_and_words_of_rigs_have_a_hint(tmp_path):
     data = tmp_path / "data.csv"
     data.write_text("creepage.longitudinal [%],load.normal_N [kN],force_x_over_load [%],force_x_over_load_error [-]\n"

@@ -213,11 +213,11 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int, asked: Sequence
 
 
 def alike(texts: list[str]) -> list[str]:
-    """Plain numbers of a column with as many decimals as the longest of them, one below the other; other texts as they are."""
-    decimals = [len(text.partition(".")[2]) for text in texts]
-    if not all(_PLAIN.fullmatch(text) for text in texts) or max(decimals, default=0) > MOST_DECIMALS:
+    """Plain numbers of a column with their points one below the other, without digits of their own; other texts as they are."""
+    behind = [len("".join(text.partition(".")[1:])) for text in texts]
+    if not all(_PLAIN.fullmatch(text) for text in texts) or max(behind, default=0) > MOST_DECIMALS + 1:
         return texts
-    padded = [f"{float(text):.{max(decimals)}f}" if max(decimals) else text for text in texts]
+    padded = [text + " " * (max(behind) - own) for text, own in zip(texts, behind, strict=True)]
     return [text.rjust(max(map(len, padded))) for text in padded]
 
 

@@ -53,7 +53,8 @@ def read_columns(
             raise ValueError(f"{place}: a blank row between others: fill it in or delete it")
         if len(cells) != len(keys):
             commas = delimiter == "," and len(cells) > len(keys)
-            hint = "; where numbers have a comma, separate them by semicolons, and the names" if commas else ""
+            hint = "; where numbers have a comma, separate them by semicolons, and the names" if commas else (
+                "; the first line names the columns: take out what stands above it" if len(cells) > len(keys) else "")
             raise ValueError(f"{place}: {len(cells)} values for {len(keys)} columns{hint}")
         if "" in cells and not gaps:
             raise ValueError(f"{place}: {keys[cells.index('')]} has no value")

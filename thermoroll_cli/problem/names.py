@@ -490,7 +490,7 @@ BEARING_SCALARS = _named(
     Scalar("cage_speed_rpm", "speed of the cage in turns per minute", listed=True),
     Scalar("torque_Nmm", "torque by the friction of the contacts, without film, cage and seals", listed=True,
            diagram="torque of friction (N mm)", brief="torque of the contacts' friction"),
-    Scalar("torque_from_forces_Nmm", "the same from forces, not from heat"),
+    Scalar("torque_from_forces_Nmm", "the same from forces, not from heat", listed=True),
     Scalar("axial_stiffness_N_um", "axial stiffness", listed=True, diagram="axial stiffness (N/µm)"),
     Scalar("radial_stiffness_N_um", "radial stiffness", listed=True, diagram="radial stiffness (N/µm)"),
     Scalar("life_L10r_Mrev", "reference rating life after ISO/TS 16281", listed=True, diagram="life $L_{10r}$ (Mrev)"),

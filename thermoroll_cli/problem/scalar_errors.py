@@ -275,7 +275,7 @@ def meaning_in(row: Mapping[str, Any], name: str) -> str:
     hertz = computed(row.get("hertz_a_mm", 0.0)) or not scalar.without_hertz
     meaning = scalar.meaning if hertz else scalar.without_hertz
     if name.startswith("temperature_rise_") and computed(row.get("flash_temperature_max_lower_K")):  # heat comes back
-        meaning = meaning.replace(" rise", " rise above the surroundings")
+        meaning = meaning.replace("temperature rise", "rise above the surroundings")
     if name == "power_balance_error" and "track_force_z_N" in row:
         return "relative mismatch of the heat of all patches and the wheelset's power"
     return meaning.replace(" area", " width") if "contact_width_mm" in row else meaning

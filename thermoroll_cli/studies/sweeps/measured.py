@@ -47,7 +47,7 @@ class Measured:
             return data
         if isinstance(data, str | os.PathLike):
             return cls.read(pathlib.Path(data))
-        columns = {str(name): [float(value) for value in column] for name, column in data.items()}
+        columns = {name: [float(value) for value in column] for name, column in data.items() if not str(name).startswith("#")}
         if len({len(column) for column in columns.values()}) != 1:
             raise ValueError("the columns of the data differ in length")
         count = len(next(iter(columns.values())))
@@ -57,11 +57,14 @@ class Measured:
     def read(cls, path: pathlib.Path) -> Measured:
         """The points in a CSV file: a header line with names of keys, of scalars, and NAME_error for their standard deviations,
         each also with a unit in brackets behind it, from which it is converted; separators and decimal commas as of `--points`.
+        Columns whose name begins with # are left out.
 
         Raises ValueError, with file and line: an unknown or a repeated column, no measured one, text, nan, a deviation that is
         not positive; OSError."""
-        names, lines = read_columns(path, "a table of measured values")
-        heads, (names, factors) = names, in_own_units(str(path), names)
+        heads, lines = read_columns(path, "a table of measured values")
+        used = [place for place, head in enumerate(heads) if not head.startswith("#")]
+        heads, lines = [heads[k] for k in used], [(number, [cells[k] for k in used]) for number, cells in lines]
+        names, factors = in_own_units(str(path), heads)
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise ValueError(f"{path}: the column {twice} stands there twice")
         columns: dict[str, list[float]] = {name: [] for name in names}
@@ -99,7 +102,7 @@ class Measured:
                     near = ["force_x_over_load", *near]
                 hint = f"; did you mean {' or '.join(near)}?" if near[0] else ""
                 raise ValueError(f"{source}: the column {name} is neither a key of a case that takes a number, nor a scalar, "
-                                 f"nor a scalar with {ERROR}{hint}")
+                                 f"nor a scalar with {ERROR} (# before its name leaves it out){hint}")
         if not values:
             raise ValueError(f"{source}: no column is a measured scalar, for example force_x_N or force_x_over_load")
         if not any(array.any() for array in values.values()):
