@@ -185,7 +185,8 @@ def read_series(path: str | os.PathLike[str]) -> FromFile:
         "file": name, "frequencies": omega.size, "lowest_Hz": float(frequency.min()), "highest_Hz": float(frequency.max()),
         "times": len(series), "modulus_GPa": 1e-9 * modulus, "relaxed_share": remains, "rms_deviation": deviation},
         "{file}: {frequencies} frequencies from {lowest_Hz:.3g} to {highest_Hz:.3g} Hz, {times} times that deviate by "
-        f"{100.0 * deviation:.2g} % (rms), {{modulus_GPa:.4g}} GPa at once, {100.0 * remains:.3g} % of it remains")
+        f"{100.0 * deviation:.2g} % (rms), {{modulus_GPa:.4g}} GPa at once, which youngs_modulus_GPa "
+        f"is for the moduli of the file, {100.0 * remains:.3g} % of it remains")
 
 
 def _moduli(path: str | os.PathLike[str], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -108,11 +108,13 @@ def summary_figure(frame: RunFrame) -> Figure:
     if maps:
         style.add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
     style.add_legend(figure, lines, at=(start + 0.5 * room, height - below_cuts), width=room)
-    # Words, values without deformation, values and errors, each column one text.
+    # Words, values without deformation, values and errors. Lines of one text would be as far apart as their letters are tall.
     top, places = height - HEADLINE - TITLE, ((0, "left"), (80, "right"), (100, "right"), (101, "left"))
-    for texts, (beside, edge) in zip(zip(*rows, strict=True), places, strict=True):
-        figure.text((TABLE + beside * style.MM) / WIDTH, top / height, "\n".join(texts), ha=edge, va="top", fontsize=LETTERS,
-                    parse_math=False)
+    for number_of_row, row in enumerate(rows, start=1):
+        for text, (beside, edge) in zip(row, places, strict=True):
+            if text:
+                figure.text((TABLE + beside * style.MM) / WIDTH, (top - number_of_row * ROW) / height, text, ha=edge,
+                            va="baseline", fontsize=LETTERS, parse_math=False)
     figure.text(TABLE / WIDTH, (top - (len(rows) + 1) * ROW) / height, "\n".join(remarks), va="top", fontsize=LETTERS - 0.5,
                 color="0.25", parse_math=False)
     frame.add_headline(figure, "" if frame.line else map_note(frame, whole=False))
