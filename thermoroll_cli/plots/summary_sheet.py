@@ -110,11 +110,11 @@ def summary_figure(frame: RunFrame) -> Figure:
     style.add_legend(figure, lines, at=(start + 0.5 * room, height - below_cuts), width=room)
     # Words, values without deformation, values and errors. Lines of one text would be as far apart as their letters are tall.
     top, places = height - HEADLINE - TITLE, ((0, "left"), (80, "right"), (100, "right"), (101, "left"))
-    for number_of_row, row in enumerate(rows, start=1):
-        for text, (beside, edge) in zip(row, places, strict=True):
+    for nth, texts in enumerate(rows, start=1):
+        for text, (beside, edge) in zip(texts, places, strict=True):
             if text:
-                figure.text((TABLE + beside * style.MM) / WIDTH, (top - number_of_row * ROW) / height, text, ha=edge,
-                            va="baseline", fontsize=LETTERS, parse_math=False)
+                figure.text((TABLE + beside * style.MM) / WIDTH, (top - nth * ROW) / height, text, ha=edge, va="baseline",
+                            fontsize=LETTERS, parse_math=False)
     figure.text(TABLE / WIDTH, (top - (len(rows) + 1) * ROW) / height, "\n".join(remarks), va="top", fontsize=LETTERS - 0.5,
                 color="0.25", parse_math=False)
     frame.add_headline(figure, "" if frame.line else map_note(frame, whole=False))
