@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL
-from tests.support.scenes import solved, wheel_on_rail
+from tests.support.scenes import article_4_1, solved, wheel_on_rail
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.outcome import read_result, write_result
 from thermoroll_cli.plots import style as plot_style
@@ -170,6 +170,21 @@ def test_words_of_the_sheet_end_before_its_numbers() -> None:
     for scalar in SCALARS.values():
         words = scalar.meaning if len(scalar.meaning) <= 40 else scalar.brief
         assert words and len(f"{words} ({scalar.unit})") <= 46, scalar.name
+
+
+def test_the_sheet_of_a_hot_contact_has_all_curves_in_a_row() -> None:
+    picture = shown(solved(article_4_1(12)), "summary")
+    curves = [axes for axes in picture.axes if axes.get_lines()]
+    assert [axes.get_ylabel().split(" ")[0] for axes in curves] == ["pressure", "shear", "heat", "temperature"]
+    assert len({axes.get_position().y0 for axes in curves}) == 1 and curves[-1].get_position().x1 > 0.97
+    assert min(axes.get_position().y0 for axes in picture.axes if axes not in curves) > curves[0].get_position().y1
+
+
+def test_pictures_of_a_run_have_one_unit() -> None:
+    result = synthetic.result((12, 12), deformation=False)
+    result = with_fields(result, heat_flux=result.coupled.fields["heat_flux"] * 2e5 / result.coupled.fields["heat_flux"].max())
+    cut = 0.9 * result.y[np.flatnonzero(result.coupled.fields["heat_flux"].any(axis=0))[-1]]
+    assert "heat flux q (W/mm²)" in [axes.get_ylabel() for axes in shown(result, "centreline", cut_y=cut).axes]
 
 
 def test_columns_of_the_sheet_stand_apart() -> None:
@@ -437,6 +452,16 @@ def test_a_lone_stick_element_has_no_border() -> None:
     stick = np.zeros((32, 32))
     stick[14, 17] = 1.0
     assert borders_of(state.x, state.y, {**state.fields, "stick_share": stick}).stick == []
+
+
+def test_a_stick_border_outside_the_contact_is_not_named() -> None:
+    x = np.linspace(-1.0, 1.0, 33)
+    radius = np.hypot(x[:, None], x)
+    covered = np.clip(16.0 * (0.9 - radius) + 0.5, 0.0, 1.0)
+    slips = (covered < 0.45) & (x[:, None] > 0.0)  # a rim that slips, of which less than half is in the contact
+    assert borders_of(x, x, {"covered": covered, "stick_share": np.where(slips, 0.0, covered)}).stick == []
+    slips = (covered > 0.0) & (x[:, None] > 0.5)
+    assert len(borders_of(x, x, {"covered": covered, "stick_share": np.where(slips, 0.0, covered)}).stick) == 1
 
 
 def test_stick_borders_reach_the_border_of_the_contact() -> None:

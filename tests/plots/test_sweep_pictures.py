@@ -76,9 +76,14 @@ def test_diagrams_and_legend() -> None:
     assert figure.axes[-1].get_xlabel() == "rolling speed (m/s)" or figure.axes[3].get_xlabel() == "rolling speed (m/s)"
 
 
-def test_four_diagrams_stand_two_by_two() -> None:
-    places = [axes.get_subplotspec() for axes in drawn(table(), OVER).axes if axes.get_visible()]
-    assert [(place.rowspan.start, place.colspan.start) for place in places] == [(0, 0), (0, 1), (1, 0), (1, 1)]
+@pytest.mark.parametrize(("count", "rows"), [(4, [2, 2]), (5, [3, 2]), (7, [3, 2, 2])])
+def test_diagrams_fill_all_rows(count: int, rows: list[int]) -> None:
+    names = [name for name in ALL_SCALARS if name.endswith("_N")][:count]
+    figure = drawn(table(**{name: [1.0 + row for row in range(8)] for name in names}), OVER, only=names)
+    figure.draw_without_rendering()
+    feet = [round(axes.get_window_extent().y0) for axes in figure.axes]
+    assert [len([*group]) for _, group in itertools.groupby(feet)] == rows
+    assert sum(axes.get_tightbbox().x1 > 0.97 * figure.bbox.width for axes in figure.axes) == len(rows)
 
 
 def test_a_share_has_no_band_outside_zero_and_one() -> None:
@@ -330,6 +335,18 @@ def test_words_are_places_on_the_axis() -> None:
     figure = drawn(columns, ["rolling.peclet"])
     assert [text.get_text() for text in figure.axes[0].get_xticklabels()] == columns["rolling.peclet"]
     assert list(figure.axes[0].get_lines()[0].get_xdata()) == [0.0, 1.0, 2.0]
+
+
+def test_between_words_there_is_nothing() -> None:
+    columns = {"thermal.peclet": ["rolling", "stationary"], "Q_F_W": [1.0, 2.0], "uncertainty.Q_F_W": [0.1, 0.2],
+               "isothermal.Q_F_W": [1.0, 1.5]}
+    figure = drawn(columns, ["thermal.peclet"])
+    axes = diagram(figure, "heat")
+    with_heat, without = axes.get_lines()
+    assert {(line.get_linestyle(), line.get_marker()) for line in (with_heat, without)} == {("None", "o"), ("None", "D")}
+    (bars,) = axes.collections
+    assert [segment.tolist() for segment in bars.get_segments()] == [[[0.0, 0.9], [0.0, 1.1]], [[1.0, 1.8], [1.0, 2.2]]]
+    assert legend(figure) == [WITHOUT]
 
 
 def test_a_table_read_from_csv_gives_the_same_picture(tmp_path: pathlib.Path) -> None:

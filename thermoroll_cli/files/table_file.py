@@ -14,7 +14,7 @@ import numpy as np
 from thermoroll_cli.files.csv_table import image_of_rows
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, image, kind_of, load, of_texts
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.columns import CASE, Columns
 from thermoroll_cli.problem.kinds import every_kind
 from thermoroll_cli.problem.names import FIELDS, PLACES, column_of
 from thermoroll_cli.problem.result import Result, State
@@ -135,9 +135,9 @@ def _read_csv(path: pathlib.Path) -> Columns:
     over: tuple[str, ...] = ("time_s",) if set(PLACES) <= {*keys} else keys
     if math.prod(len(set(columns[key])) for key in over) != len(rows):
         over = ("point",)
-    # A table of text lacks the case, which a result beside it has.
+    # A table of text lacks the case, which a result beside it has; that of a sweep of several cases has none of its own.
     of_history = (path.stem.removesuffix("_history") + ".h5",) if path.stem.endswith("_history") else ()
-    for name in (*columns.get("file", ()), *of_history):
+    for name in (*(() if CASE in columns else columns.get("file", ())), *of_history):
         if isinstance(name, str) and name and path.with_name(name).exists():
             beside = read_result(path.with_name(name), with_fields=False)
             return Columns(columns, keys, over, beside.problem.title, beside.case_text, beside.attributes)

@@ -11,9 +11,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
 from PIL import Image
 
 from thermoroll_cli.plots import style
+from thermoroll_cli.plots.maps import draw_borders
+from thermoroll_cli.plots.run_frame import borders_of
 from thermoroll_cli.plots.sweep_figures import words_of
 from thermoroll_cli.problem.names import known_as, unit_of
 from thermoroll_cli.problem.problem import BODIES
@@ -55,9 +58,11 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result | State], key: s
             style.few_ticks(forces, 3, 5)
             canvas.draw()
             images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
-    # One palette for all, of the frame with most colours: else each frame brings its own, and colours flicker. A GIF may have
-    # 256 colours; fewer make it small.
-    palette = max(images, key=lambda image: len(image.getcolors(1 << 20) or ())).quantize(96)
+    # One palette for all, of the frame with most colours and that with the largest traction: else each frame brings its own,
+    # and colours flicker. A GIF may have 256 colours; fewer make it small.
+    highest = int(np.argmax([_shear(results[place]).max() for place in order]))
+    fullest = max(images, key=lambda image: len(image.getcolors(1 << 20) or ()))
+    palette = Image.fromarray(np.vstack([np.asarray(image) for image in (fullest, images[highest])])).quantize(128)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     content = io.BytesIO()
     frames[0].save(content, "GIF", save_all=True, append_images=frames[1:], loop=0, optimize=True,
@@ -68,12 +73,14 @@ def draw_animation(path: pathlib.Path, results: Sequence[Result | State], key: s
 
 def _map(axes: Axes, result: Result | State, results: Sequence[Result | State], largest: float) -> None:
     """Shear traction of a `result` up to the `largest`, with borders, on the domains of all `results`."""
-    axes.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis")
-    state, sides = result.fields["state"], np.array([_extent(each) for each in results])
-    for inside, colour in ((state > 0, "white"), (state == 1, style.AFTER)):
-        if inside.any() and not inside.all():
-            axes.contour(1e3 * result.x, 1e3 * result.y, inside.T.astype(float), [0.5], colors=colour, linewidths=1.2)
-    heights, title = result.fields.get("surface_height"), "shear traction; orange: stick border"
+    image = axes.imshow(_shear(result).T, origin="lower", extent=_extent(result), vmin=0.0, vmax=largest, cmap="viridis",
+                        interpolation="bilinear")
+    borders, in_mm = borders_of(result.x, result.y, result.fields), Affine2D().scale(1e3)
+    sides = np.array([_extent(each) for each in results])
+    if borders.outline is not None:
+        image.set_clip_path(borders.outline, transform=in_mm + axes.transData)
+    draw_borders(axes, borders, in_mm, times=1.6)
+    heights, title = result.fields.get("surface_height"), "shear traction; light blue: stick border"
     if heights is not None:
         # The same levels in all frames: they move with the surface.
         ends = [[each.fields["surface_height"].min(), each.fields["surface_height"].max()] for each in results]

@@ -36,8 +36,9 @@ def draw_conicity(path: pathlib.Path, found: Conicity, title: str, dpi: float | 
             words.append(f"nonlinearity {1e-3 * found.nonlinearity:.3f} per mm".replace("-", "−"))
         conicity.text(0.03, 0.96, "\n".join(words), transform=conicity.transAxes, va="top")
         high = np.nanmax(values, initial=0.1) if np.isfinite(values).any() else 1.0
+        known = amplitudes[np.isfinite(values)] if np.isfinite(values).any() else amplitudes
         conicity.set(xlabel="amplitude (mm)", ylabel="equivalent conicity", ylim=(0.0, 1.35 * high),
-                     xlim=(min(float(amplitudes.min()), at), max(float(amplitudes.max()), at)))
+                     xlim=(min(float(known.min()), at), max(float(known.max()), at)))
         for axes in (radii, conicity):
             style.few_ticks(axes, 6, 6, grid=True)
         # Each rail, the wheel of a centred wheelset 12 mm above it, and a line between the places that touch at each whole

@@ -120,7 +120,7 @@ def line_handles(curves: Iterable[Curve]) -> list[Artist]:
 def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[Curve]) -> None:
     """Draw `curves` of a quantity against x."""
     low, high = limits_of([curve.values for curve in curves], from_zero=True)
-    scale, x = frame.scale(quantity, max(high, -low)), frame.lengths[0]
+    scale, x = frame.scale(quantity, max(high, -low, frame.largest(quantity))), frame.lengths[0]
     for curve in curves:
         axes.plot(curve.x * x.factor, curve.values * scale.factor, color=curve.colour, linestyle=curve.dashes,
                   linewidth=curve.width)

@@ -207,12 +207,13 @@ def draw_map(
     return image
 
 
-def draw_borders(axes: Axes, borders: Borders, in_metres: Affine2D, dashes: Any = "solid") -> None:
-    """Borders of a state, each on a casing, so that they are seen on any ground; `in_metres` takes x, y in m to the map."""
+def draw_borders(axes: Axes, borders: Borders, in_metres: Affine2D, dashes: Any = "solid", *, times: float = 1.0) -> None:
+    """Borders of a state, each on a casing, so that they are seen on any ground; `in_metres` takes x, y in m to the map. Lines
+    are `times` as wide as in print."""
     clip, place = borders.outline, in_metres + axes.transData
     for lines, (colour, casing) in ((borders.stick, STICK), (borders.contact, CONTACT)):
         for paint, width, look in ((casing, CASING, "solid"), (colour, LINE, dashes)):
-            drawn = LineCollection(lines, colors=paint, linewidths=width, linestyles=[look], transform=place)
+            drawn = LineCollection(lines, colors=paint, linewidths=times * width, linestyles=[look], transform=place)
             axes.add_collection(drawn, autolim=False)
             if clip is not None and lines is borders.stick:
                 drawn.set_clip_path(clip, transform=place)

@@ -170,6 +170,11 @@ class RunFrame:
         value = round(y * across.factor, 6)
         return f"{across.words} = " + (style.readable(f"{value:.3g} {across.unit}").rstrip() if value else "0")
 
+    def largest(self, quantity: Quantity) -> float:
+        """The largest magnitude (SI) of a quantity in all states: pictures of a run have one unit for it."""
+        drawn = (state.values(quantity, body) for state in self.states for body in self.bodies(quantity))
+        return max((float(np.abs(values).max()) for values in drawn if values is not None), default=0.0)
+
     def scale(self, quantity: Quantity, largest: float) -> AxisScale:
         """The scale of a quantity with values up to `largest` (SI)."""
         divisor = {"Pa": self.result.of_problem["hertz_p0_MPa"] * 1e6, "W/m2": self.heat_scale}.get(quantity.unit, math.nan)
@@ -286,7 +291,8 @@ def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Border
     if not sticking.any() or np.array_equal(sticking, covered):
         return Borders(contact, [])
     distance = gaussian_filter(_distance_from_slip(sticking, covered), 0.7, mode="nearest")
-    return Borders(contact, [line for line in _contours(axes, distance) if _is_shown(line / element)])
+    outline = Borders(contact, []).outline
+    return Borders(contact, [line for line in _contours(axes, distance) if _is_shown(line, element, outline)])
 
 
 def _distance_from_slip(sticking: Array, covered: Array) -> Array:
@@ -323,12 +329,14 @@ def _rounded(line: Array) -> Array:
     return np.asarray(np.vstack([smooth, smooth[:1]]))
 
 
-def _is_shown(line: Array) -> bool:
-    """Whether a stick border, in elements, is large enough to be placed: the area in it, or the length of an open one."""
-    if np.array_equal(line[0], line[-1]):
-        x, y = line.T
-        return bool(0.5 * abs(x[:-1] @ y[1:] - x[1:] @ y[:-1]) > 6.0)
-    return bool(np.hypot(*np.diff(line, axis=0).T).sum() > 4.0)
+def _is_shown(line: Array, element: Array, outline: Path | None) -> bool:
+    """Whether a stick border, with its sides over those of an `element`, is large enough to be placed: its length inside the
+    `outline` of the contact, and the area in a closed one."""
+    x, y = (line / element).T
+    inside = np.zeros(len(line), dtype=bool) if outline is None else outline.contains_points(line)
+    long = np.hypot(np.diff(x), np.diff(y))[inside[1:] & inside[:-1]].sum() > 4.0
+    closed = np.array_equal(line[0], line[-1])
+    return bool(long and (not closed or 0.5 * abs(x[:-1] @ y[1:] - x[1:] @ y[:-1]) > 6.0))
 
 
 def _widened(axis: Array) -> Array:

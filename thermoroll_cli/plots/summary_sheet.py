@@ -7,7 +7,6 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from thermoroll_cli.plots import style
@@ -35,13 +34,15 @@ from thermoroll_cli.problem.names import LINE_PROBLEM_SCALARS, LINE_SCALARS, PRO
 from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, meaning_in, number, repeats, row_of, scalar_text
 from thermoroll_cli.tools.arrays import Array
 
-COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 284.0 * style.MM
+COLUMN, TABLE, WIDTH = 73.0 * style.MM, 153.0 * style.MM, 284.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""
 LABELS, AXIS, TITLE, HEADLINE, BAR = (size * style.MM for size in (16.5, 11.0, 5.0, 6.0, 2.5))
 """Room for labels at the left, for an axis, words above a map and the title; width of a colour bar."""
-CUT = 60.0 * style.MM, 38.0 * style.MM
-"""Size of the diagrams of the cut."""
-FLAT = 0.4
+CUT, MARGIN = 38.0 * style.MM, 4.0 * style.MM
+"""Height of the diagrams of the cut, and what is left free at the right of each."""
+BLOCK = TITLE + CUT + AXIS
+"""Height of such a diagram with what belongs to it."""
+FLAT = 0.35
 """Maps of less height over width take both columns."""
 LETTERS, ROW = 7.0, 2.95 * style.MM
 """Size of the letters of the table in points, and distance of its rows."""
@@ -61,31 +62,24 @@ def summary_figure(frame: RunFrame) -> Figure:
     rows, remarks = _rows(frame), _remarks(frame)
     shape = shape_of(frame, whole=False)
     columns = 1 if shape < FLAT else 2
-    side = min(50.0 * style.MM + (2 - columns) * COLUMN, 60.0 * style.MM / shape)
+    side = min(48.0 * style.MM + (2 - columns) * COLUMN, 60.0 * style.MM / shape)
     step = TITLE + side * shape + AXIS
     borders = border_handles(frame, arrows=any(quantity is TRACTION for quantity, _, _ in maps))
-    of_cuts = (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE) if frame.line else (PRESSURE, TRACTION)
-    cuts = [(quantity, curves) for quantity in of_cuts if (curves := curves_of(frame, quantity))]
-    lines = line_handles(curve for _, curves in cuts for curve in curves)
+    cuts = [(quantity, curves) for quantity in (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE)
+            if (curves := curves_of(frame, quantity))]
     below_maps = HEADLINE + -(-len(maps) // columns) * step + style.legend_height(borders if maps else [], TABLE)
-    block, below_table = TITLE + CUT[1] + AXIS, HEADLINE + (len(rows) + len(remarks) + 4) * ROW
-    # Diagrams fill the room below the table, above or beside each other, where they hardly make the sheet taller than its maps.
-    ways = ((TABLE, below_table, CUT[0], 0.0, block), (TABLE, below_table, CUT[1], LABELS + CUT[1], 0.0))
-    start, top, width, across, down = next((way for way in ways if way[1] + way[4] < below_maps - 0.5 * block),
-                                           (0.0, below_maps, CUT[0], COLUMN, 0.0))
-    if frame.line:
-        start, top, width, across, down = 0.0, below_maps, CUT[0], COLUMN, block
-    # Two beside each other, or below.
-    spots = [(place % 2 * across, (place // 2 if across else place) * down) for place in range(len(cuts))]
-    room = WIDTH - TABLE if start else TABLE
-    below_cuts = top + max((y for _, y in spots), default=0.0) + block + style.legend_height(lines, room)
+    below_table = HEADLINE + (len(rows) + len(remarks) + 4) * ROW
+    spots, start, room = _spots(len(cuts), below_maps, below_table, line=frame.line)
+    cuts = cuts[:len(spots)]
+    lines = line_handles(curve for _, curves in cuts for curve in curves)
+    below_cuts = max((top for _, top, _ in spots), default=0.0) + BLOCK + style.legend_height(lines, room)
     height = max(below_maps, below_cuts, below_table)
     figure = Figure(figsize=(WIDTH, height))
     for place, (quantity, values, body) in enumerate(maps):
         limits = limits_of([v for q, v, _ in maps if q is quantity], quantity.from_zero)
         if quantity is HEAT_FLUX or quantity.unit == "Pa":
             limits = limits[0], min(limits[1], frame.last.maximum(quantity))
-        scale = frame.scale(quantity, max(np.abs(limits)))
+        scale = frame.scale(quantity, frame.largest(quantity))
         colours = colours_of(quantity, limits[0] * scale.factor, limits[1] * scale.factor)
         row, column = divmod(place, columns)
         left, bottom = LABELS + column * COLUMN, height - HEADLINE - (row + 1) * step + AXIS
@@ -97,11 +91,8 @@ def summary_figure(frame: RunFrame) -> Figure:
         bar = figure.colorbar(image, cax=style.add_axes(figure, left + side + 1.5 * style.MM, bottom, BAR, side * shape))
         style.few_ticks(bar.ax, y=5)
         axes.set_title(", ".join(filter(None, (scale.label, f"{body} body" if body else ""))))
-    for place, ((quantity, curves), (right, lower)) in enumerate(zip(cuts, spots, strict=True)):
-        left, bottom = start + LABELS + right, height - top - lower - TITLE - CUT[1]
-        # The last of three takes the row that it would have half of.
-        alone = across if place % 2 == 0 and place + 1 == len(cuts) else 0.0
-        axes = style.add_axes(figure, left, bottom, width + alone, CUT[1])
+    for (quantity, curves), (left, top, width) in zip(cuts, spots, strict=True):
+        axes = style.add_axes(figure, left, height - top - TITLE - CUT, width, CUT)
         draw_diagram(axes, frame, quantity, curves)
         axes.set_title(frame.place_words(frame.cut_y))
         axes.set_xlabel(flow_label(frame))
@@ -119,6 +110,32 @@ def summary_figure(frame: RunFrame) -> Figure:
                 color="0.25", parse_math=False)
     frame.add_headline(figure, "" if frame.line else map_note(frame, whole=False))
     return figure
+
+
+def _spots(
+    count: int, below_maps: float, below_table: float, *, line: bool
+) -> tuple[list[tuple[float, float, float]], float, float]:
+    """Left end, top and width of as many of `count` diagrams of the cut as find a place, and where their legend begins and how
+    much room it has.
+
+    The first two fill the room below the table, above or beside each other, if they hardly make the sheet taller than its
+    maps; else three or more are a row below maps and table, if the table does not reach below the maps; else two are below the
+    maps. Those of a line contact stand in place of maps, where the last of three takes the row that it would have half of."""
+    two, wide = min(count, 2), COLUMN - LABELS - MARGIN
+    if line:
+        spots = [(place % 2 * COLUMN, HEADLINE + place // 2 * BLOCK) for place in range(count)]
+        widths = [wide + COLUMN * (place % 2 == 0 and place + 1 == count) for place in range(count)]
+        return [(LABELS + x, y, width) for (x, y), width in zip(spots, widths, strict=True)], 0.0, TABLE
+    room = WIDTH - TABLE
+    if below_table + two * BLOCK < below_maps + 0.5 * BLOCK:
+        return [(TABLE + LABELS, below_table + place * BLOCK, room - LABELS - MARGIN) for place in range(two)], TABLE, room
+    if below_table + BLOCK < below_maps + 0.5 * BLOCK:
+        step = room / max(two, 1)
+        return [(TABLE + LABELS + place * step, below_table, step - LABELS - MARGIN) for place in range(two)], TABLE, room
+    if count > 2 and below_table < below_maps + 0.25 * BLOCK:
+        step, top = WIDTH / count, max(below_maps, below_table)
+        return [(LABELS + place * step, top, step - LABELS - MARGIN) for place in range(count)], 0.0, WIDTH
+    return [(LABELS + place * COLUMN, below_maps, wide) for place in range(two)], 0.0, TABLE
 
 
 def _maps(frame: RunFrame) -> Iterator[Map]:

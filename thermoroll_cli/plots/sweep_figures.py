@@ -41,9 +41,16 @@ MAXIMUM: dict[str, Any] = {"marker": "v", "markersize": 5.0, "markeredgecolor": 
 """Look of the maximum of a creep curve."""
 LINE: dict[str, Any] = {"marker": "o", "markersize": 2.2}
 """Look of a line of few points."""
+COLD: dict[str, Any] = {"linestyle": style.DASHED, "linewidth": 0.9}
+"""Look of the state without thermal deformation."""
+APART: dict[str, Any] = {"linestyle": "none", "markersize": 3.5}
+"""What points over words have in place of a line, which would join what nothing lies between."""
 UPPER: dict[str, Any] = {"linestyle": (0, (6.0, 1.2, 1.4, 1.2)), "markerfacecolor": "white", "markersize": 3.2}
 """Look of the upper body beside the lower one."""
-THEORY_LOOKS = {"linear": style.DOTTED, "fastsim": (0, (5.0, 1.4, 1.0, 1.4)), "polach": (0, (5.0, 1.4, 1.0, 1.4, 1.0, 1.4))}
+THEORY_LOOKS: dict[str, tuple[Any, str]] = {
+    "linear": (style.DOTTED, "1"), "fastsim": ((0, (5.0, 1.4, 1.0, 1.4)), "2"),
+    "polach": ((0, (5.0, 1.4, 1.0, 1.4, 1.0, 1.4)), "3")}
+"""Dashes of a theory's curve, and its marker where points stand apart."""
 
 
 class Line(NamedTuple):
@@ -92,16 +99,9 @@ def sweep_figure(
     if maps:
         diagrams = [(f"{label}, {words}" if words else label, {words: name})
                     for label, names in diagrams for words, name in names.items()]
-    # In two columns where the last of three would have one diagram alone.
-    most = 2 if len(diagrams) in (4, 7, 10) else 3
-    rows = max(1, -(-len(diagrams) // most))
-    wide = max(1, -(-len(diagrams) // rows))
-    figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], (44.0 * rows + 20.0) * style.MM)
-    grid = figure.subplots(rows, wide, squeeze=False)
-    for axes in grid.flat[len(diagrams) or 1:]:
-        axes.set_visible(False)
+    figure, grid, lowest = _grid(len(diagrams) or 1)
     if maps:
-        for axes, (label, names) in zip(grid.flat, diagrams, strict=False):
+        for axes, (label, names) in zip(grid, diagrams, strict=False):
             (name,) = names.values()
             _draw_map(axes, good, name, over, failed)
             axes.set_title(label)
@@ -114,27 +114,39 @@ def sweep_figure(
         if any(line.missed.size for line in lines):
             handles.append(Line2D([], [], color="0.2" if len(lines) > 1 else style.ALERT, linestyle="none", marker="x",
                                   markersize=4.0, label=style.NOT_CONVERGED))
-        for place, (axes, (label, names)) in enumerate(zip(grid.flat, diagrams, strict=False)):
+        for axes, (label, names), has_words in zip(grid, diagrams, lowest, strict=False):
             for body, name in names.items():
                 endless = np.array([name in str(cell).split() for cell in table.get("unbounded", [""] * x.size)])
-                handles += _draw_curves(axes, x, good, name, endless, lines, upper=body == UPPER_BODY)
+                handles += _draw_curves(axes, x, good, name, endless, lines, upper=body == UPPER_BODY, apart=bool(words))
                 if body:
                     look = LINE | (UPPER if body == UPPER_BODY else {})
                     colour = "0.2" if len(lines) > 1 else style.AFTER if body == UPPER_BODY else lines[0].colour
                     handles.append(Line2D([], [], color=colour, label=body, **look))
-            handles += _draw_diagram(axes, x, good, [*names.values()], lines, theories)
+            handles += _draw_diagram(axes, x, good, [*names.values()], lines, theories, apart=bool(words))
             axes.set_ylabel(label if "$" in label else textwrap.fill(label, 28))
-            _finish(axes, x, words, words_of(over[0]) if place + wide >= len(diagrams) else "")
-            if words:
-                for line in axes.get_lines():
-                    line.set_linestyle("none")
+            _finish(axes, x, words, words_of(over[0]) if has_words else "")
         # Only the lowest have numbers, also where one of them knows fewer points.
-        ends = np.array([axes.get_xlim() for axes in grid.flat[:len(diagrams)]])
-        for axes in grid.flat[:len(diagrams)]:
+        ends = np.array([axes.get_xlim() for axes in grid])
+        for axes in grid:
             axes.set_xlim(ends[:, 0].min(), ends[:, 1].max())
         style.add_legend(figure, [*handles, *also])
     style.add_headline(figure, title, note="theories: smooth bodies, constant friction" if compare else "")
     return figure
+
+
+def _grid(count: int) -> tuple[Figure, list[Axes], list[bool]]:
+    """A figure with axes for `count` diagrams in rows of three or two, or of one alone, which all fill the width; and whether
+    no row of as many is below each, with which it shares its axis."""
+    in_row = [len(part) for part in np.array_split(np.arange(count), -(-count // 3))]
+    figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[in_row[0] - 1],
+                              (44.0 * len(in_row) + 20.0) * style.MM)
+    shares = [(wide, in_row.count(wide)) for wide in dict.fromkeys(in_row)]
+    parts = figure.subfigures(len(shares), 1, squeeze=False, height_ratios=[rows for _, rows in shares])[:, 0]
+    axes, lowest = list[Axes](), list[bool]()
+    for part, (wide, rows) in zip(parts, shares, strict=True):
+        axes += [*part.subplots(rows, wide, squeeze=False).flat]
+        lowest += [False] * (wide * (rows - 1)) + [True] * wide
+    return figure, axes, lowest
 
 
 def _label_of(name: str) -> str:
@@ -215,28 +227,33 @@ def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.b
 
 
 def _draw_curves(
-    axes: Axes, x: Column, table: Numbers, name: str, endless: NDArray[np.bool_], lines: list[Line], *, upper: bool
+    axes: Axes, x: Column, table: Numbers, name: str, endless: NDArray[np.bool_], lines: list[Line], *, upper: bool,
+    apart: bool,
 ) -> list[Artist]:
-    """The curves of a scalar, that of the `upper` body as such, in a colour of its own where lines need none; returns handles
-    for the legend of all but the lines themselves."""
+    """The curves of a scalar, or points `apart` where places are words, that of the `upper` body as such, in a colour of its
+    own where lines need none; returns handles for the legend of all but the lines themselves."""
     lines = [lines[0]._replace(colour=style.AFTER)] if upper and len(lines) == 1 else lines
     values, error = table[name], errors(table, name)
     handles: list[Artist] = []
     cold = table.get(ISOTHERMAL + name)
-    largest, look = float(np.nanmax(np.abs(values))), LINE | (UPPER if upper else {})
+    largest, look = float(np.nanmax(np.abs(values))), LINE | (UPPER if upper else {}) | (APART if apart else {})
+    cold_look = COLD | ({**APART, "marker": "D", "markerfacecolor": "white"} if apart else {})
     share, positive = name == "gamma_st", _positive(table, name)
     falling = table.get("falling_friction_criterion", np.full(len(values), math.nan)) > 0.0
     for line in lines:
         rows = line.rows[np.isfinite(values[line.rows])]
-        axes.plot(x[rows], values[rows], color=line.colour, **(look if rows.size <= 30 else {**look, "marker": ""}))
+        axes.plot(x[rows], values[rows], color=line.colour, **(look if rows.size <= 30 or apart else {**look, "marker": ""}))
         if error[rows].any():
             band = values[rows] - error[rows], values[rows] + error[rows]
             if positive:
                 band = np.maximum(band[0], 0.0), np.minimum(band[1], 1.0 if share else math.inf)
-            axes.fill_between(x[rows], *band, color=line.colour, alpha=0.25, linewidth=0.0)
+            if apart:
+                axes.vlines(x[rows], *band, color=line.colour, linewidth=0.7)
+            else:
+                axes.fill_between(x[rows], *band, color=line.colour, alpha=0.25, linewidth=0.0)
         if cold is not None and np.nanmax(np.abs(cold[rows] - values[rows]), initial=0.0) > style.VISIBLE * largest:
-            axes.plot(x[rows], cold[rows], color=line.colour, linestyle=style.DASHED, linewidth=0.9)
-            handles += [Line2D([], [], color="0.2", linestyle=style.DASHED, linewidth=0.9, label=WITHOUT)]
+            axes.plot(x[rows], cold[rows], color=line.colour, **cold_look)
+            handles += [Line2D([], [], color="0.2", **cold_look, label=WITHOUT)]
         if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
             handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit")]
@@ -253,18 +270,20 @@ def _positive(table: Numbers, name: str) -> bool:
 
 def _draw_diagram(
     axes: Axes, x: Column, table: Numbers, names: Sequence[str], lines: list[Line],
-    theories: dict[str, list[dict[str, Column]]],
+    theories: dict[str, list[dict[str, Column]]], *, apart: bool,
 ) -> list[Artist]:
-    """What stands beside the curves of a diagram: theories, the points that failed, limits and a second axis; returns handles
-    for the legend."""
+    """What stands beside the curves, or points `apart`, of a diagram: theories, the points that failed, limits and a second
+    axis; returns handles for the legend."""
     handles, error = list[Artist](), max(float(errors(table, name).max(initial=0.0)) for name in names)
     # The linear theory goes on without limit, and alone is cut off by the diagram.
     for theory, curves in sorted(theories.items(), key=lambda each: each[0] == "linear"):
         if theory == "linear":
             style.not_closer_than(axes, error)
+        dashes, marker = THEORY_LOOKS[theory]
+        look = {**APART, "marker": marker, "markersize": 8.0} if apart else {"linestyle": dashes, "linewidth": 0.9}
         for line, curve in zip(lines, curves, strict=True) if names[0] in ANY_FORCES else ():
-            axes.plot(curve["place"], curve[names[0]], color=line.colour, linestyle=THEORY_LOOKS[theory], linewidth=0.9)
-            handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
+            axes.plot(curve["place"], curve[names[0]], color=line.colour, **look)
+            handles += [Line2D([], [], color="0.2", label=THEORIES[theory], **look)]
     style.not_closer_than(axes, error)
     if all(_positive(table, name) for name in names):
         low, high = axes.get_ylim()
@@ -336,6 +355,7 @@ def _finish(axes: Axes, x: Column, words: list[str], label: str) -> None:
     """Ticks and label of the swept axis, which diagrams above each other share."""
     if words:
         axes.set_xticks(range(len(words)), words, parse_math=False)
+        axes.set_xlim(-0.5, len(words) - 0.5)
         style.few_ticks(axes, y=6)
     elif is_logarithmic(x):
         axes.set_xscale("log")

@@ -31,6 +31,8 @@ WINDOW = (56.0, -26.0, 40.0)
 FROM_ABOVE = "seen from above"
 GAPS = (-0.1, 0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 """Limits (mm) of the classes of gaps in a track from above."""
+FLAT = 0.3
+"""Maps of less height over width stand above each other."""
 FAR = 5.0
 """Distance (mm) across of nearest places that follow each other along the track, from which on they are of other bodies."""
 
@@ -106,11 +108,19 @@ def gap_figure(result: Result) -> Figure | None:
         return None
     sides = [name.removeprefix("rail_") for name in result.lines if name.startswith("rail_")]
     x = np.array(sorted(places))
-    figure = style.new_figure(style.DOUBLE if len(sides) > 1 else style.SINGLE, 1.2 * style.SINGLE)
+    gaps, ends = dict[str, tuple[Array, Array]](), dict[str, tuple[float, float]]()
+    for side in sides:
+        top, bottom = (np.array([1e3 * result.lines[f"{body}_{side}_at_{at:g}_mm"] for at in x]) for body in ("top", "bottom"))
+        y, gap = gaps[side] = top[0, 0], top[:, 1] - bottom[:, 1]
+        near = y[(gap < GAPS[-1]).any(axis=0)]
+        ends[side] = (near.min() - 5.0, near.max() + 5.0) if len(near) else (y.min(), y.max())
+    page = style.DOUBLE if len(sides) > 1 else style.SINGLE
+    # As tall as maps to scale are that fill the width, which labels and colour bars leave.
+    per_mm = (page / style.MM / len(sides) - 40.0) / max(high - low for low, high in ends.values())
+    figure = style.new_figure(page, min((per_mm * np.ptp(x) + 26.0) * style.MM, 1.4 * style.SINGLE))
     figure.set_layout_engine("compressed")
     for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
-        top, bottom = (np.array([1e3 * result.lines[f"{body}_{side}_at_{at:g}_mm"] for at in x]) for body in ("top", "bottom"))
-        y, gap = top[0, 0], top[:, 1] - bottom[:, 1]
+        y, gap = gaps[side]
         image = axes.contourf(y, x, gap, levels=GAPS, cmap="cividis_r", extend="max",
                               norm=BoundaryNorm(GAPS, 256, extend="max"))
         lowest = np.where(np.isnan(gap), np.inf, gap)
@@ -125,9 +135,7 @@ def gap_figure(result: Result) -> Figure | None:
             axes.annotate(str(patch.record["number"]), centre, xytext=(9.0, 5.0), textcoords="offset points",
                           bbox={"facecolor": "white", "linewidth": 0.0, "pad": 1.0})
         axes.axhline(0.0, color="0.6", linewidth=0.6)
-        near = y[(lowest < GAPS[-1]).any(axis=0)]
-        axes.set(xlabel="y (mm)", title=f"{side} rail", aspect="equal", ylim=(x[0], x[-1]),
-                 xlim=(near.min() - 5.0, near.max() + 5.0) if len(near) else (y.min(), y.max()), facecolor="0.93")
+        axes.set(xlabel="y (mm)", title=f"{side} rail", aspect="equal", ylim=(x[0], x[-1]), xlim=ends[side], facecolor="0.93")
         figure.colorbar(image, ax=axes, label="gap (mm)")
     figure.axes[0].set_ylabel("x along travel from the axle (mm)")
     style.add_headline(figure, result.problem.title, result.converged, FROM_ABOVE)
@@ -169,16 +177,20 @@ def _maps(
     boxes = [(y[0], y[-1], x[0], x[-1]) for x, y, *_ in shown]
     widths, middles = [right - left for left, right, _, _ in boxes], [0.5 * (low + high) for *_, low, high in boxes]
     height = max(high - low for *_, low, high in boxes)
-    # No patch of a wheel is blown up; those of balls, of tenths of a millimetre, fill their column.
-    beside, largest = 24.0 + 14.0 * len(shown), min(75.0 / height, max(8.0, 55.0 / max(widths)))
-    narrow = widths[0] <= 1.4 * height if len(shown) == 1 else largest * sum(widths) + beside <= style.SINGLE / style.MM
+    # Flat ones stand above each other. No patch of a wheel is blown up; those of balls, of tenths of a millimetre, fill their
+    # column.
+    flat = height < FLAT * max(widths) and len(shown) > 1
+    columns, rows, width = (1, len(shown), max(widths)) if flat else (len(shown), 1, sum(widths))
+    beside, largest = 24.0 + 14.0 * columns, min(75.0 / height, max(8.0, (110.0 if flat else 55.0) / max(widths)))
+    narrow = width <= 1.4 * height if len(shown) == 1 else largest * width + beside <= style.SINGLE / style.MM
     page = style.SINGLE if narrow else style.DOUBLE
-    per_mm = min((page / style.MM - beside) / sum(widths), largest)
-    figure = style.new_figure(page, (per_mm * height + 30.0) * style.MM)
+    per_mm = min((page / style.MM - beside) / width, largest)
+    figure = style.new_figure(page, (rows * (per_mm * height + 8.0) + 22.0) * style.MM)
     figure.set_layout_engine("compressed")
     norm = Normalize(lowest, max(float(np.nanmax(value)) for value in values))
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
-    panels = figure.subplots(1, len(shown), squeeze=False, width_ratios=widths)[0]
+    panels = figure.subplots(rows, columns, squeeze=False, sharex=flat, width_ratios=None if flat else widths).ravel()
+    ends = min(left for left, *_ in boxes), max(right for _, right, *_ in boxes)
     # Labels across take more room than those along: at least so many mm from tick to tick.
     across, along = (MaxNLocator(max(4, int(per_mm * length / room)), steps=[1, 2, 5, 10]).tick_values(0.0, length)[1]
                      for length, room in ((max(widths), 9.0), (height, 6.0)))
@@ -190,11 +202,12 @@ def _maps(
         if borders.outline is not None:
             image.set_clip_path(borders.outline, transform=place + axes.transData)
         draw_borders(axes, borders, place)
-        axes.set(xlim=box[:2], ylim=(middle - 0.5 * height, middle + 0.5 * height), xlabel="y (mm)",
-                 title=title)
+        axes.set(xlim=ends if flat else box[:2], ylim=(middle - 0.5 * height, middle + 0.5 * height),
+                 xlabel="y (mm)" if axes in panels[-columns:] else "", title=title)
         axes.xaxis.set_major_locator(MultipleLocator(across))
         axes.yaxis.set_major_locator(MultipleLocator(along))
-    panels[0].set_ylabel("x along travel (mm)" if note == FROM_ABOVE else "x (mm)")
+    for axes in panels[::columns]:
+        axes.set_ylabel("x along travel (mm)" if note == FROM_ABOVE else "x (mm)")
     figure.colorbar(colours, ax=list(panels), label=words, pad=0.06)
     style.add_headline(figure, result.problem.title, result.converged, note)
     style.add_legend(figure, kinds_of_borders(borders for *_, borders, _ in shown))

@@ -236,7 +236,7 @@ SCALARS = _named(
     Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="relative peak pressure",
            diagram=r"pressure ratio $\gamma_\mathrm{p}$", brief="p_max/p0", without_hertz="maximum pressure / cold one"),
     *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, kind="diffused",
-              accurate=True, diagram=r"max. rise $\Delta T$ (K)"),
+              accurate=True, brief="maximum temperature rise", diagram=r"max. rise $\Delta T$ (K)"),
     *_of_both("temperature_rise_mean_{}_K", "temperature rise, mean over the contact", "temperature",
               kind="diffused mean", brief="mean temperature rise"),
     *_of_both("temperature_rise_centre_{}_K", "temperature rise at the centre of the contact", "temperature",
