@@ -47,7 +47,9 @@ _PLACES = {
     "wear": "thermoroll_cli.studies.worn.follow",
     # Not offered, but called by methods of a result.
     "draw_on": "thermoroll_cli.plots.pictures",
+    "evolution_figure": "thermoroll_cli.studies.worn.evolution_picture",
     "figure": "thermoroll_cli.plots.pictures",
+    "plot_table": "thermoroll_cli.studies.sweeps.table_picture",
     "write_result": "thermoroll_cli.files.result.outcome",
 }
 

@@ -357,6 +357,17 @@ def test_a_table_read_from_csv_gives_the_same_picture(tmp_path: pathlib.Path) ->
         assert [list(line.get_ydata()) for line in axes.get_lines()] == [list(line.get_ydata()) for line in same.get_lines()]
 
 
+def test_a_table_is_drawn_in_python() -> None:
+    columns, axes = Columns(table(), tuple(OVER), tuple(OVER)), Figure().subplots()
+    assert [each.get_ylabel() for each in columns.plot().axes] == [each.get_ylabel() for each in drawn(table(), OVER).axes]
+    assert columns.plot("temperature_rise_max_lower_K", x=OVER[1], ax=axes) is axes.figure
+    assert axes.get_lines()[1].get_ydata().tolist() == [20.0 / 15.0, 20.0 / 30.0]
+    assert (axes.get_xlabel(), len(axes.get_legend().get_texts())) == ("lower radius y (mm)", 4)
+    for name, ax, reason in (("Q_W", None, "no column 'Q_W'"), ("", axes, "axes of yours take one column")):
+        with pytest.raises(ValueError, match=reason):
+            columns.plot(name, ax=ax)
+
+
 def test_every_key_with_a_unit_can_be_swept_under_its_unit() -> None:
     keys = {name for table in case_schema()["$defs"].values() for name in table["properties"]}
     named = {name: unit_of(name) for name in keys if UNIT_AT_END.search(name)}

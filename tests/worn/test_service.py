@@ -11,15 +11,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from tests.support.command_line import call
 from tests.support.wheelsets import ROOT
 from thermoroll_cli import Case, CaseError, read_result, solve, wear
 from thermoroll_cli.many_contacts.wheelset.curves import curve
 from thermoroll_cli.one_contact.steady_state.scalars import worn_per_passage
-from thermoroll_cli.plots import style
-from thermoroll_cli.plots.service_figure import draw_service
+from thermoroll_cli.plots.service_figure import service_figure
 from thermoroll_cli.studies.worn.follow import Evolution
 from thermoroll_cli.studies.worn.outlines import WornOutline, flange
 from thermoroll_cli.studies.worn.service import depths_of, outlines_of
@@ -242,13 +240,19 @@ def test_a_wheel_beside_its_rail_is_a_reason() -> None:
     assert not done.converged and done.reason.startswith("step 0, position 1: ")
 
 
-def test_a_flange_that_does_not_wear_has_numbers_that_can_be_read(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wear_is_drawn_in_python(whole: Path, tmp_path: Path) -> None:
+    done = resumed(whole, tmp_path)
+    assert [axes.get_title() for axes in done.plot().axes[:2]] == ["wheel, depth ten times", "rail, depth ten times"]
+    (axes,) = done.plot("pressure_max_MPa").axes
+    expected = np.transpose([done.table["distance_km"], done.table["pressure_max_MPa"]])
+    np.testing.assert_array_equal(axes.get_lines()[0].get_xydata(), expected)
+
+
+def test_a_flange_that_does_not_wear_has_numbers_that_can_be_read(whole: Path) -> None:
     """Its axis spans a thousandth of its height at least, not what rounding makes of it."""
-    figures, rows = list[Figure](), csv.DictReader((whole / "results" / "m_wear.csv").read_text().splitlines())
-    monkeypatch.setattr(style, "save", lambda figure, path, dpi: figures.append(figure))
-    new = outlines_of(BOTH.task)
-    draw_service(whole / "m.png", "", [{name: float(value or "nan") for name, value in row.items()} for row in rows],
-                 {name: (outline.points, outline.points) for name, outline in new.items()}, converged=True)  # fmt: skip
-    (height,) = (axes for axes in figures[0].axes if axes.get_ylabel() == "flange height (mm)")
+    rows, new = csv.DictReader((whole / "results" / "m_wear.csv").read_text().splitlines()), outlines_of(BOTH.task)
+    figure = service_figure("", [{name: float(value or "nan") for name, value in row.items()} for row in rows],
+                            {name: (outline.points, outline.points) for name, outline in new.items()}, converged=True)
+    (height,) = (axes for axes in figure.axes if axes.get_ylabel() == "flange height (mm)")
     low, high = height.get_ylim()
     assert high - low >= 0.9e-3 * high > 0.0

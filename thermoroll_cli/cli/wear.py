@@ -16,7 +16,6 @@ from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.one_contact.refinement.plan import extent_of
 from thermoroll_cli.problem.names import UNCERTAINTY, column_of, unit_of
-from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.studies.worn.follow import Evolution, wearing
 from thermoroll_cli.studies.worn.follow import wear as follow
@@ -122,13 +121,8 @@ def _text(row: Mapping[str, Any], name: str) -> str:
 
 
 def _draw(done: Evolution, path: Path, dpi: float | None = None) -> Path:
-    from thermoroll_cli.plots.profile_figures import draw_wear
-    from thermoroll_cli.plots.service_figure import draw_service
+    from thermoroll_cli.plots import style
+    from thermoroll_cli.studies.worn.evolution_picture import evolution_figure
 
-    if done.outlines:
-        return draw_service(path, done.case.settings.title, done.rows, done.outlines, converged=done.converged, dpi=dpi)
-    kept, asked = done.snapshots, done.case.problem.wear
-    assert asked is not None
-    regimes = {body: getattr(asked, body).regimes for body in BODIES}
-    return draw_wear(path, done.case.settings.title, kept.y, kept.profiles, kept.loads, kept.distances, work=kept.work,
-                     regimes=regimes, converged=done.converged, dpi=dpi)
+    with style.applied():
+        return style.save(evolution_figure(done), path, dpi)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -74,13 +73,13 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     return figure
 
 
-def draw_wear(
-    path: pathlib.Path, title: str, y: Array, profiles: Mapping[BodyName, Array], loads: Array, distances: Array, *,
-    work: Array, regimes: Mapping[BodyName, Sequence[float]], converged: bool = True, dpi: float | None = None,
-) -> pathlib.Path:
-    """Write the picture to `path`: worn `profiles` (m, by body, (snapshots, points)) at `y` (m), `loads` (N/m), and the
+def wear_figure(
+    title: str, y: Array, profiles: Mapping[BodyName, Array], loads: Array, distances: Array, *,
+    work: Array, regimes: Mapping[BodyName, Sequence[float]], converged: bool = True,
+) -> Figure:
+    """Worn `profiles` (m, by body, (snapshots, points)) at `y` (m), `loads` (N/m), and the
     `distances` (m) of the snapshots. If a body has `regimes` (Pa, the T_γ/A at which each ends) also the largest T_γ/A of
-    each line of rolling, `work` (Pa), with the limits of the regimes. Raises OSError."""
+    each line of rolling, `work` (Pa), with the limits of the regimes."""
     worn = {body: heights for body, heights in profiles.items() if np.ptp(heights - heights[0], axis=0).any()}
     limits = {body: places for body, places in regimes.items() if places}
     touched = np.flatnonzero((loads > 1e-3 * loads.max()).any(axis=0))
@@ -112,4 +111,4 @@ def draw_wear(
         axes[-1].set_xlabel("y (mm)")
         figure.colorbar(colours, ax=list(axes), label="distance rolled (km)")
         style.add_headline(figure, title, converged)
-        return style.save(figure, path, dpi)
+        return figure

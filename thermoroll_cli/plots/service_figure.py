@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from thermoroll_cli.many_contacts.wheelset.curves import Points, curve
 from thermoroll_cli.many_contacts.wheelset.wheelset_problem import SIDES
@@ -21,12 +21,10 @@ CURVES = {"depth_max_": "largest depth (µm)", "worn_mass_wheel_": "mass off a w
 STYLES = {"left": "--", "right": "-"}
 
 
-def draw_service(
-    path: pathlib.Path, title: str, rows: Sequence[Mapping[str, Any]], outlines: Mapping[str, tuple[Points, Points]], *,
-    converged: bool, dpi: float | None = None,
-) -> pathlib.Path:
-    """Write the picture to `path`: new and worn `outlines` (m) by name, and columns of the `rows`, one per step. Raises
-    OSError."""
+def service_figure(
+    title: str, rows: Sequence[Mapping[str, Any]], outlines: Mapping[str, tuple[Points, Points]], *, converged: bool
+) -> Figure:
+    """New and worn `outlines` (m) by name, and columns of the `rows`, one per step."""
     sides = [side for side in SIDES if f"wheel_{side}" in outlines]
     thousands = rows[-1]["distance_km"] >= 1000.0
     distance = [row["distance_km"] / (1000.0 if thousands else 1.0) for row in rows]
@@ -65,4 +63,4 @@ def draw_service(
             axes[prefix].set_xlabel("distance (1000 km)" if thousands else "distance (km)")
         style.add_headline(figure, title, converged,
                            note="left side dashed; bands: estimated errors" if len(sides) > 1 else "")
-        return style.save(figure, path, dpi)
+        return figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from matplotlib import colormaps
@@ -65,7 +65,7 @@ class Line(NamedTuple):
 
 def sweep_figure(
     table: Table, over: Sequence[str], *, title: str = "", compare: Sequence[str] = (), only: Sequence[str] = (),
-    also: Sequence[Artist] = (),
+    also: Sequence[Artist] = (), ax: Axes | None = None,
 ) -> Figure:
     """The scalars of `table` (a column per name, a value per point) against the first quantity of `over`.
 
@@ -74,7 +74,7 @@ def sweep_figure(
     `isothermal.` are dashed where they differ visibly. Points whose `status` is not "converged" are left out and marked. The
     axis is logarithmic where the values are spaced so. Quantities that do not change or were not computed get no diagram. Creep
     forces stand beside those of the theories to `compare` with. Columns that are named are drawn `only`, a diagram each, those
-    without a number left out. The legend has the artists `also`.
+    without a number left out, one alone also on axes of the caller, `ax`. The legend has the artists `also`.
 
     Raises ValueError: nothing swept, an unknown theory, or a table that lacks what it needs, or all that is to be drawn.
     """
@@ -99,7 +99,7 @@ def sweep_figure(
     if maps:
         diagrams = [(f"{label}, {words}" if words else label, {words: name})
                     for label, names in diagrams for words, name in names.items()]
-    figure, grid, lowest = _grid(len(diagrams) or 1)
+    figure, grid, lowest = _grid(len(diagrams) or 1) if ax is None else (cast(Figure, ax.figure), [ax], [True])
     if maps:
         for axes, (label, names) in zip(grid, diagrams, strict=False):
             (name,) = names.values()
@@ -129,8 +129,12 @@ def sweep_figure(
         ends = np.array([axes.get_xlim() for axes in grid])
         for axes in grid:
             axes.set_xlim(ends[:, 0].min(), ends[:, 1].max())
-        style.add_legend(figure, [*handles, *also])
-    style.add_headline(figure, title, note="theories: smooth bodies, constant friction" if compare else "")
+        if ax is None:
+            style.add_legend(figure, [*handles, *also])
+        elif named := {str(handle.get_label()): handle for handle in (*handles, *also)}:
+            ax.legend(handles=[*named.values()])
+    if ax is None:
+        style.add_headline(figure, title, note="theories: smooth bodies, constant friction" if compare else "")
     return figure
 
 

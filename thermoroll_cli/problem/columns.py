@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from thermoroll_cli import optional
+from thermoroll_cli import of_above, optional
 from thermoroll_cli.problem.names import PLACES, column_of, known_as
 from thermoroll_cli.tools.arrays import AnyArray
 
@@ -100,6 +100,22 @@ class Columns(Mapping[str, Sequence[Any]]):
     def numbers(self) -> dict[str, Sequence[float]]:
         """The computed columns without texts."""
         return {name: column for name, column in self.columns.items() if name not in (*self.varied, *TEXTS)}
+
+    def plot(self, name: str = "", *, x: str = "", compare: Sequence[str] = (), ax: Any = None) -> Any:
+        """The picture of `thermoroll plot` as a matplotlib figure: scalars over what was varied, of a history over the distance
+        or time.
+
+        Parameters:
+
+        - `name`: this column alone, such as "force_x_N"; all diagrams if not given;
+        - `x`: the column of what was varied that is the axis, as `--x` of the command;
+        - `compare`: theories of creep forces: "linear", "fastsim", "polach";
+        - `ax`: axes of yours, on which one column is drawn; their figure is returned.
+
+        Raises ValueError for a column that is not there or was not varied, axes without a name, and where there is no curve."""
+        if ax is not None and not name:
+            raise ValueError("axes of yours take one column: give its name")
+        return of_above("plot_table")(self, name, x=x, compare=compare, ax=ax)
 
     def _shown(self) -> dict[str, Sequence[Any]]:
         status = {CONVERGED: [one == CONVERGED for one in self["status"]]} if "status" in self else {}

@@ -166,6 +166,10 @@ class SweepTable(list[dict[str, Any]]):
         converged = list(self.table["status"]).count(CONVERGED)
         return f"<sweep over {', '.join(self.table.varied)}: {len(self)} points, {converged} converged>"
 
+    def plot(self, name: str = "", *, x: str = "", compare: Sequence[str] = (), ax: Any = None) -> Any:
+        """As `Columns.plot`."""
+        return self.table.plot(name, x=x, compare=compare, ax=ax)
+
     def to_dataframe(self) -> pandas.DataFrame:
         """As `Columns.to_dataframe`."""
         return self.table.to_dataframe()

@@ -6,6 +6,9 @@ import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.fit_figures import MEASURED, mark_measured
 from thermoroll_cli.plots.sweep_figures import sweep_figure
@@ -33,26 +36,44 @@ def over_each_other(tables: Mapping[str, Columns]) -> Columns:
     return Columns(columns, varied, ("point",) if one_by_one else varied)
 
 
+class NoCurve(ValueError):
+    """Why a table has nothing to draw."""
+
+
 def draw_table(
     table: Columns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None,
     measured: Measured | None = None, x: str = "", only: Sequence[str] = (),
 ) -> str:
-    """Draw the scalars over the column `x` of what was varied, or over the key with most numbers, or over words, a curve for
+    """Write the picture `table_figure` to `path`; returns why there is none, or nothing. `dpi` is the resolution of PNG files.
+    Raises OSError, and ValueError for what cannot be compared, or drawn."""
+    try:
+        with style.applied():
+            style.save(table_figure(table, compare=compare, measured=measured, x=x, only=only), path, dpi)
+    except NoCurve as cause:
+        return str(cause)
+    return ""
+
+
+def table_figure(
+    table: Columns, *, compare: Sequence[str] = (), measured: Measured | None = None, x: str = "", only: Sequence[str] = (),
+    ax: Axes | None = None,
+) -> Figure:
+    """The scalars over the column `x` of what was varied, or over the key with most numbers, or over words, a curve for
     each combination of the others, of which one is the case; where several keys vary in a list, over its only label with
     numbers, or over the number of the point; those of a history over the distance rolled or over time. Of scalars that are
-    named, `only` these are drawn. Returns why there is no picture, or nothing.
+    named, `only` these are drawn, one also on axes of the caller, `ax`.
 
-    Creep forces stand beside those of the theories to `compare` with, `measured` points over all; `dpi` is the resolution of
-    PNG files. Raises OSError, and ValueError for what cannot be compared, or drawn: measured over another key, or of no
-    diagram; no column `x` that varies, or none of those to be drawn."""
+    Creep forces stand beside those of the theories to `compare` with, `measured` points over all. Raises NoCurve where the
+    table has none, and ValueError for what cannot be compared, or drawn: measured over another key, or of no diagram; no column
+    `x` that varies, or none of those to be drawn."""
     cases = [CASE] if CASE in table.label and len(set(table[CASE])) > 1 else []
     columns = {**table, "point": _numbered(table[CASE] if cases else [""] * table.count)}
     varying = [key for key in reversed(table.label) if key != CASE and len(set(columns[key])) > 1] or cases
     numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
     if not varying:
-        return "a sweep of one point has no curve"
+        raise NoCurve("a sweep of one point has no curve")
     if len(columns["point"]) > MOST_DRAWN:
-        return f"more than {MOST_DRAWN} points"
+        raise NoCurve(f"more than {MOST_DRAWN} points")
     by_number = table.over == ("point",) and len(varying) > 1
     first = [max(numeric, key=lambda key: len(set(columns[key])))] if numeric else []
     # Where the points of a list lie: its only label with numbers, all of them different, else their number.
@@ -68,27 +89,34 @@ def draw_table(
         others = [] if table.over == ("point",) or table.of_history else [*reversed(varying)]
         over = [x, *(key for key in (*others, *cases) if key != x)]
     over = [*dict.fromkeys(over)]
-    if CONVERGED not in columns["status"]:
-        return "no point converged"
+    if CONVERGED not in columns.get("status", CONVERGED):
+        raise NoCurve("no point converged")
+    if any(name.endswith(".y_rail_mm") for name in columns) and len(over) == 1 and not only:
+        return wheelset_sweep_figure(columns, over[0], table.title)
+    shown: Sequence[str] = [known_as(name, columns) for name in only]
+    if measured is not None:
+        if over[0] not in measured.varied:
+            raise ValueError(f"{measured.source} has no column {over[0]}, over which the sweep is drawn")
+        name = known_as("normal_N", columns)
+        measured = measured.in_newtons([load for load, status in zip(columns[name], columns["status"], strict=True)
+                                        if status == CONVERGED], name)  # fmt: skip
+        shown = [*dict.fromkeys((*shown, *measured.values))] if only else ()
+    figure = sweep_figure(columns, over, title=table.title, compare=compare, only=shown,
+                          also=[MEASURED] if measured is not None else [], ax=ax)
+    if measured is not None:
+        if missing := mark_measured(figure, measured.varied[over[0]], measured.values, measured.deviations):
+            raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
+    return figure
+
+
+def plot_table(table: Columns, name: str, *, x: str, compare: Sequence[str], ax: Axes | None) -> Figure:
+    """What `Columns.plot` draws. Raises ValueError."""
+    if name and known_as(name, table) not in table:
+        raise ValueError(f"no column {name!r}; there are {', '.join(table.numbers)}")
+    if ax is not None:
+        return table_figure(table, compare=compare, x=x, only=[name], ax=ax)
     with style.applied():
-        if any(name.endswith(".y_rail_mm") for name in columns) and len(over) == 1:
-            style.save(wheelset_sweep_figure(columns, over[0], table.title), path, dpi)
-            return ""
-        shown: Sequence[str] = [known_as(name, columns) for name in only]
-        if measured is not None:
-            if over[0] not in measured.varied:
-                raise ValueError(f"{measured.source} has no column {over[0]}, over which the sweep is drawn")
-            name = known_as("normal_N", columns)
-            measured = measured.in_newtons([load for load, status in zip(columns[name], columns["status"], strict=True)
-                                            if status == CONVERGED], name)  # fmt: skip
-            shown = [*dict.fromkeys((*shown, *measured.values))] if only else ()
-        figure = sweep_figure(columns, over, title=table.title, compare=compare, only=shown,
-                              also=[MEASURED] if measured is not None else [])
-        if measured is not None:
-            if missing := mark_measured(figure, measured.varied[over[0]], measured.values, measured.deviations):
-                raise ValueError(f"no diagram of this sweep shows {missing[0]}, which {measured.source} has")
-        style.save(figure, path, dpi)
-    return ""
+        return table_figure(table, compare=compare, x=x, only=[name] if name else [])
 
 
 def _numbered(cases: Sequence[str]) -> list[int]:

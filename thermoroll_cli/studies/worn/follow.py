@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from thermoroll_cli import of_above
 from thermoroll_cli.files.case import Case, solvable
 from thermoroll_cli.files.result.labelled import save
 from thermoroll_cli.files.result.outcome import KIND, tree_of
@@ -66,6 +67,17 @@ class Evolution:
         """The rows as columns, also `to_dataframe` and `to_xarray`."""
         names = list(self.rows[0])
         return Columns({name: [row.get(name, math.nan) for row in self.rows] for name in names}, (names[0],), ("step",))
+
+    def plot(self, name: str = "", *, ax: Any = None) -> Any:
+        """The picture of `thermoroll wear` as a matplotlib figure.
+
+        Parameters:
+
+        - `name`: in its place this column of the `table` over the distance, such as "pressure_max_MPa";
+        - `ax`: axes of yours for that column; their figure is returned.
+
+        Raises ValueError for a column that is not there, and axes without a name."""
+        return self.table.plot(name, ax=ax) if name or ax is not None else of_above("evolution_figure")(self)
 
     def __repr__(self) -> str:
         last = self.rows[-1]
