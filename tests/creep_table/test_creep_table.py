@@ -333,6 +333,9 @@ def test_a_query_is_drawn_as_a_sweep_and_names_the_option(tiny: Path, tmp_path: 
 def test_query_and_export(tiny: Path, tmp_path: Path) -> None:
     done = call("table", "query", tiny, "--longitudinal", "0:0.01:3", "--spin-rad-mm", "1e-4", *CONTACT, "--json")
     records = [json.loads(line) for line in done.stdout.splitlines()]
+    printed = call("table", "query", tiny, "--longitudinal", "0:0.01:3", "--spin-rad-mm", "1e-4", *CONTACT).stdout.splitlines()
+    assert [float(line.split()[0]) for line in printed[-3:]] == [0.0, 0.005, 0.01]
+    assert len({line.index(" 0.0001 ") for line in printed[-3:]}) == 1 and max(map(len, printed)) < 140
     assert [record["creepage_longitudinal"] for record in records] == [0.0, 0.005, 0.01]
     assert records[-1]["force_x_N"] == pytest.approx(24_000, rel=0.05)
     table = CreepForceTable.read(tiny)

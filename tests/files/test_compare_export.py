@@ -14,9 +14,12 @@ import numpy as np
 import pytest
 
 from tests.support import synthetic
-from thermoroll_cli.files.result.compare import Comparison, Pair, compare
+from tests.support.command_line import call
+from thermoroll_cli.files.result.compare import Comparison, Pair, compare, compare_tables
 from thermoroll_cli.files.result.export import export_csv, export_vtu, export_xdmf
 from thermoroll_cli.files.result.outcome import read_result, tree_of, write_result
+from thermoroll_cli.files.table_file import write_csv
+from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, Subsurface
 
@@ -160,6 +163,38 @@ def test_fields_on_different_grids_are_not_compared(
     assert math.isnan(row(comparison, "pressure").difference) and row(comparison, "pressure").note
     assert row(comparison, "gamma_c").difference == 0.0
     assert comparison.within
+
+
+def over_time(count: int = 5, **columns: list[float]) -> Columns:
+    """A history whose force passes through zero, of a friction limit of 2 N."""
+    times = [0.25 * row for row in range(count)]
+    made = {"distance_mm": times, "time_s": times, "status": ["converged"] * count, "force_x_N": [t - 0.5 for t in times],
+            "Q_F_W": [t * (1.0 - t) for t in times], "friction_limit_N": [2.0] * count, "uncertainty.Q_F_W": [0.1] * count}
+    return Columns({**made, **columns}, ("distance_mm", "time_s"), ("time_s",))
+
+
+def test_histories_are_compared_over_their_largest_values(tmp_path: pathlib.Path) -> None:
+    one = over_time()
+    other = over_time(force_x_N=[-0.5, -0.25, 0.002, 0.25, 0.5], Q_F_W=[0.0, 0.1875, 0.25, 0.18, 0.0])
+    found = {row.name: row for row in compare_tables(one, other).rows}
+    assert found["force_x_N"].difference == pytest.approx(1e-3) and found["force_x_N"].note == "at distance_mm = 0.5"
+    assert (found["Q_F_W"].a, found["Q_F_W"].b) == (0.1875, 0.18)
+    assert found["Q_F_W"].difference == pytest.approx(0.0075 / 0.25)
+    assert not {"uncertainty.Q_F_W"} & {*found} and found["time_s"].difference == 0.0
+    sweep = [Columns({"load.normal_N": [1.0, 2.0], "Q_F_W": values}, ("load.normal_N",), ("load.normal_N",))
+             for values in ([1.0, 100.0], [1.01, 100.0])]
+    assert compare_tables(*sweep).largest == pytest.approx(0.01 / 1.01), "each point of a sweep over its own"
+    assert [row.name for row in compare_tables(one, over_time(4)).outside] == ["rows"]
+    with pytest.raises(ValueError, match=r"one is over distance_mm, the other over load\.normal_N"):
+        compare_tables(one, sweep[0])
+    for name, table in (("a", one), ("b", other)):
+        write_csv(tmp_path / f"{name}.csv", table)
+    assert call("compare", "a.csv", "a.csv", cwd=tmp_path).returncode == 0
+    done = call("compare", "a.csv", "b.csv", "--rtol", "0.01", cwd=tmp_path)
+    assert done.returncode == 6 and "Q_F_W" in done.stdout and "force_x_N" not in done.stdout
+    assert call("export", "a.csv", "--format", "csv", "-o", "out", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "out" / "a.csv").read_text() == (tmp_path / "a.csv").read_text()
+    assert "a.csv is a table: --format csv writes its rows" in call("export", "a.csv", "--format", "vtu", cwd=tmp_path).stderr
 
 
 def test_csv_has_a_line_per_point_and_units_in_its_names(tmp_path: pathlib.Path, path: pathlib.Path, reference: Result) -> None:

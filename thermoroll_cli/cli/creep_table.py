@@ -20,6 +20,7 @@ from thermoroll_cli.cli.commands import HELP_OPTIONS
 from thermoroll_cli.cli.deliver import Ending, Outcome, deliver
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
+from thermoroll_cli.cli.tables import alike, headed
 from thermoroll_cli.files.csv_table import write_rows
 from thermoroll_cli.problem.columns import CONVERGED, Columns
 from thermoroll_cli.problem.friction import FORMULAS, LAW_CONSTANTS, FormulaName, FrictionLaw
@@ -244,13 +245,12 @@ def query(
     rows = list(zip(*((values + 0.0).tolist() for values in columns.values()), strict=True))
     if csv is not None:
         write_rows(csv, columns, rows)
-    if not as_json:
-        streams.write("\t".join(columns))
-    for row in rows:
-        if as_json:
+    if as_json:
+        for row in rows:
             streams.write_json(dict(zip(columns, row, strict=True)))
-        else:
-            streams.write("\t".join(f"{value:.6g}" for value in row))
+    else:
+        texts = (alike([f"{value:.6g}" for value in column]) for column in zip(*rows, strict=True))
+        streams.write(*headed([[*columns], *zip(*texts, strict=True)]))
 
 
 def _draw(path: Path, columns: Mapping[str, Array], contact: str) -> None:

@@ -91,7 +91,8 @@ Limits = Annotated[
 Force = Annotated[bool, typer.Option("--force", help="Begin anew where the output has other work in it, which is lost.")]
 Dask = Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")]
 DaskWait = Annotated[
-    float, typer.Option("--dask-wait", min=0, metavar="S", callback=a_number, help="Seconds to wait for a worker of it.")
+    float, typer.Option("--dask-wait", min=0, metavar="S", callback=a_number,
+                        help="Seconds to wait for a worker of it, and, up to 10, for its scheduler.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Errors only.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="More of everything; the trace of a bug.")]

@@ -14,6 +14,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, with_remarks
 from thermoroll_cli.files.result.compare import compare as compared
+from thermoroll_cli.files.result.compare import compare_tables
 from thermoroll_cli.files.result.export import export_csv, export_stress_path, export_vtu, export_xdmf
 from thermoroll_cli.files.result.outcome import read_result, read_tree
 from thermoroll_cli.problem.names import PLACES, check_scalar, known_as
@@ -190,13 +191,20 @@ def compare(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Compare two results.
+    """Compare two results, or two tables of histories or of sweeps.
 
     Scalar by scalar and field by field. Exit code 6 if any relative difference exceeds R. Scalars that only one file names
     are listed and do not count.
     """
+    from thermoroll_cli.files.table_file import fields_node, is_table, read_table
+
     check_no_cases([a, b])
-    comparison = compared(read_tree(a), read_tree(b), rtol)
+    if is_table(a) and is_table(b):
+        one, other = (read_table(path, with_fields=True) for path in (a, b))
+        with options.usage("A.h5 B.h5"):
+            comparison = compare_tables(one, other, rtol, [fields_node(each.states).arrays for each in (one, other)])
+    else:
+        comparison = compared(read_tree(a), read_tree(b), rtol)
     if as_json:
         streams.write_json({"within": comparison.within, "rtol": rtol, "largest": comparison.largest, "notes": comparison.notes,
                             "rows": [{**vars(row), "within": row.within(rtol)} for row in comparison.rows]})
@@ -229,8 +237,10 @@ def export(
 
     XDMF is for ParaView and points into the same HDF5 file; VTU, for programs that read VTK's files, stands by itself; CSV is
     for spreadsheets. With --stress-path the CSV file has the stresses that a material point below the surface meets instead
-    (NAME_stress_path.csv).
+    (NAME_stress_path.csv). Of the table of a history or sweep, CSV has the rows.
     """
+    from thermoroll_cli.files.table_file import is_table, read_table, write_csv
+
     check_no_cases([result])
     line = None
     if stress_path is not None:
@@ -240,8 +250,15 @@ def export(
     if output is not None:
         options.check_writable(output)
     stem, written = _stem(result, output), []
+    table = read_table(result) if is_table(result) else None
+    if table is not None and ({*formats} != {"csv"} or line is not None):
+        raise typer.BadParameter(f"{result} is a table: --format csv writes its rows, and no stress path; maps of states over "
+                                 "time are drawn by thermoroll plot --animate", param_hint="--format")  # fmt: skip
     for kind in dict.fromkeys(formats):
-        if kind == "csv" and line is not None:
+        if table is not None:
+            write_csv(target := stem.with_name(f"{stem.name}.csv"), table)
+            written.append(target)
+        elif kind == "csv" and line is not None:
             with options.usage("--stress-path"):
                 written += export_stress_path(result, stem.with_name(f"{stem.name}_stress_path.csv"), *line)
         else:

@@ -59,7 +59,7 @@ def columns_node(table: Columns) -> Node:
 def tree_of_table(table: Columns, **texts: str) -> Node:
     """The tree of the file of a table, with the text of its case and other `texts` by name; fields of states in `fields`."""
     return Node(columns_node(table).arrays, {"title": table.title, "keys": json.dumps(table.varied)}, {
-        "input": of_texts({"case_text": table.case_text, **texts}), "fields": _fields_node(table.states)})
+        "input": of_texts({"case_text": table.case_text, **texts}), "fields": fields_node(table.states)})
 
 
 def history_files(stem: str, result: Result, command_line: str) -> dict[str, bytes]:
@@ -70,7 +70,7 @@ def history_files(stem: str, result: Result, command_line: str) -> dict[str, byt
             f"{stem}{ENDS[1]}": image(tree_of_table(result.history), HISTORY, command_line)}
 
 
-def _fields_node(states: Mapping[int, State]) -> Node:
+def fields_node(states: Mapping[int, State]) -> Node:
     """The fields of states on one grid over the number of their row, x and y; of a line contact over x alone."""
     if not states:
         return Node()
@@ -98,11 +98,14 @@ def _array(values: Sequence[Any]) -> AnyArray:
 # --- reading ---------------------------------------------------------------------------------------------------------
 
 
+def is_table(path: pathlib.Path) -> bool:
+    """Whether the file at `path` says that it holds the table of many states."""
+    return path.suffix.lower() == ".csv" or kind_of(path) in (SWEEP, HISTORY)
+
+
 def read_stored(path: pathlib.Path, *, with_fields: bool = False) -> Result | Columns:
     """What the file at `path` holds: a result, or the table of many states, `with_fields` if wanted. Raises ResultFileError."""
-    if path.suffix.lower() == ".csv" or kind_of(path) in (SWEEP, HISTORY):
-        return read_table(path, with_fields=with_fields)
-    return read_result(path)
+    return read_table(path, with_fields=with_fields) if is_table(path) else read_result(path)
 
 
 def history_beside(path: pathlib.Path) -> Columns | None:

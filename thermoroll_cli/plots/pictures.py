@@ -26,7 +26,6 @@ from thermoroll_cli.tools.process import safe_point
 Draw = Callable[[RunFrame], Figure | None]
 
 
-
 def _of_field(frame: RunFrame, quantity: Quantity) -> Figure | None:
     """A map of a quantity; of a line contact its curve over x."""
     return (curve_figure if frame.line else field_figure)(frame, quantity)
@@ -50,6 +49,7 @@ show: where a stage was skipped, or a field vanishes everywhere."""
 
 
 STRESS_MAPS = {f"subsurface_{body}": body for body in BODIES}
+"""Pictures of several diagrams of which axes of the caller show one, the map of the von Mises stress in this body."""
 
 
 def kinds_of(result: Result) -> tuple[str, ...]:

@@ -289,7 +289,7 @@ class _Cluster:
         self._log(False)
         try:
             get_address_host_port(address)  # before a client, which takes long to go away
-            self._client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+            self._client = distributed.Client(address, timeout=min(CONNECT_SECONDS, max(patience, 1.0)), set_as_default=False)
         except (OSError, ValueError, TypeError) as cause:
             self._log(True)
             raise OSError(f"no Dask scheduler at {address}: {cause or type(cause).__name__}") from None

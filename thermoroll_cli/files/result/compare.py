@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.files.result.labelled import Labelled, Node
 from thermoroll_cli.files.result.outcome import numbers_of
-from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, STRENGTH_FIELDS, SUBSURFACE_FIELDS
+from thermoroll_cli.problem.columns import Columns
+from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, ISOTHERMAL, STRENGTH_FIELDS, SUBSURFACE_FIELDS, UNCERTAINTY
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import error_scale, mean_semi_axis
 
@@ -104,6 +105,57 @@ def compare(a: Node, b: Node, rtol: float = 1e-6) -> Comparison:
         notes += dict.fromkeys(row.note for row in found if math.isnan(row.difference) and row.note not in notes)
     rows += _rows_below(a, b)
     return Comparison(tuple(rows), rtol, tuple(notes))
+
+
+def compare_tables(
+    a: Columns, b: Columns, rtol: float = 1e-6, fields: Sequence[Mapping[str, Labelled]] = ({}, {})
+) -> Comparison:
+    """Differences between two tables, column by column but for errors and work, and between the `fields` of their states.
+
+    The difference of a column is the largest of its rows, each over the larger `error_scale` there of both, of a history over
+    the largest of all its rows, for values pass through zero; `a` and `b` are its values there. Raises ValueError for tables
+    over other columns."""
+    if a.label != b.label:
+        raise ValueError(f"one is over {', '.join(a.label)}, the other over {', '.join(b.label)}")
+    if a.count != b.count:
+        return Comparison((Pair("rows", "scalar", a.count, b.count, math.inf, "another number of rows"),), rtol)
+    rows = list[Pair]()
+    for name in dict.fromkeys((*a, *b)):
+        if name.startswith((UNCERTAINTY, "work.")) or name in ("reason", "file"):
+            continue
+        if name not in a or name not in b:
+            rows.append(Pair(name, "scalar", None, None, math.nan, _missing(name in a)))
+            continue
+        pairs = [*zip(a[name], b[name], strict=True)]
+        words = any(isinstance(value, str) for pair in pairs for value in pair)
+        scales = [0.0] * a.count if words else [max(each) for each in zip(_scales(a, name), _scales(b, name), strict=True)]
+        scales = [max(scales)] * a.count if a.of_history else scales
+        apart = [0.0 if _text(one) == _text(other) else math.inf for one, other in pairs] if words else [
+            _relative(one, other, scale) for (one, other), scale in zip(pairs, scales, strict=True)]
+        worst = max(range(a.count), key=apart.__getitem__)
+        at = ", ".join(f"{key} = {_text(a[key][worst])}" for key in a.label)
+        rows.append(Pair(name, "text" if words else "scalar", *pairs[worst], apart[worst], f"at {at}" if apart[worst] else ""))
+    missing = [f"not compared, {words}: {', '.join(names)}" for words in (_missing(True), _missing(False))
+               if (names := [row.name for row in rows if row.note == words])]
+    both = [*_field_rows("fields.", *fields)] if all(fields) else []
+    notes = dict.fromkeys(row.note for row in both if math.isnan(row.difference))
+    if any(fields) and not all(fields):
+        notes[f"fields not compared: {_missing(bool(fields[0]))}"] = None
+    return Comparison((*rows, *both), rtol, (*missing, *notes))
+
+
+def _scales(table: Columns, name: str) -> list[float]:
+    """The scale of a scalar in each row of a table, 0 where it is not known."""
+    plain = name.removeprefix(ISOTHERMAL)
+    rows = (dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True))
+    return [_finite(error_scale(plain, {**row, plain: row[name]})) for row in rows]
+
+
+def _text(value: Any) -> str:
+    """A cell of a table in words; an empty text of a CSV file is read as nan."""
+    if isinstance(value, str):
+        return value
+    return "" if math.isnan(value) else f"{value:.6g}"
 
 
 def _patch_rows(a: Node, b: Node) -> Iterator[Pair]:
@@ -205,7 +257,8 @@ def _field_row(name: str, axes: Mapping[str, NDArray[Any]], one: Labelled | None
     if difference == 0.0:
         return Pair(name, "field", _magnitude(a), _magnitude(b), 0.0, "largest magnitudes")
     relative = difference / scale if scale > 0.0 and math.isfinite(difference) else math.inf
-    place = ", ".join(f"{axis} = {1e3 * axes[axis][i]:.3g}" for axis, i in zip(one.axes, index, strict=True))
+    place = ", ".join(f"{axis} = {axes[axis][i] * (1e3 if axis in 'xyz' else 1.0):.3g}"
+                      for axis, i in zip(one.axes, index, strict=True))
     return Pair(name, "field", float(a[index]), float(b[index]), relative, f"at {place} mm")
 
 
