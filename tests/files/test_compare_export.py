@@ -17,8 +17,9 @@ from tests.support import synthetic
 from tests.support.command_line import call
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare, compare_tables
 from thermoroll_cli.files.result.export import export_csv, export_vtu, export_xdmf
+from thermoroll_cli.files.result.labelled import save
 from thermoroll_cli.files.result.outcome import read_result, tree_of, write_result
-from thermoroll_cli.files.table_file import write_csv
+from thermoroll_cli.files.table_file import HISTORY, tree_of_table, write_csv
 from thermoroll_cli.problem.columns import Columns
 from thermoroll_cli.problem.names import PROBLEM_SCALARS, SCALARS
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, Subsurface
@@ -192,9 +193,10 @@ def test_histories_are_compared_over_their_largest_values(tmp_path: pathlib.Path
     assert call("compare", "a.csv", "a.csv", cwd=tmp_path).returncode == 0
     done = call("compare", "a.csv", "b.csv", "--rtol", "0.01", cwd=tmp_path)
     assert done.returncode == 6 and "Q_F_W" in done.stdout and "force_x_N" not in done.stdout
-    assert call("export", "a.csv", "--format", "csv", "-o", "out", cwd=tmp_path).returncode == 0
-    assert (tmp_path / "out" / "a.csv").read_text() == (tmp_path / "a.csv").read_text()
-    assert "a.csv is a table: --format csv writes its rows" in call("export", "a.csv", "--format", "vtu", cwd=tmp_path).stderr
+    save(tmp_path / "c.h5", tree_of_table(one), HISTORY)
+    assert call("export", "c.h5", "--format", "csv", cwd=tmp_path).returncode == 0
+    assert call("compare", "c.h5", "c.csv", "--rtol", "0", cwd=tmp_path).stdout.startswith("all within 0;")
+    assert "c.h5 is a table: --format csv writes its rows" in call("export", "c.h5", "--format", "vtu", cwd=tmp_path).stderr
 
 
 def test_csv_has_a_line_per_point_and_units_in_its_names(tmp_path: pathlib.Path, path: pathlib.Path, reference: Result) -> None:

@@ -250,7 +250,7 @@ def export(
     if output is not None:
         options.check_writable(output)
     stem, written = _stem(result, output), []
-    table = read_table(result) if is_table(result) else None
+    table = read_table(result) if result.suffix != ".csv" and is_table(result) else None
     if table is not None and ({*formats} != {"csv"} or line is not None):
         raise typer.BadParameter(f"{result} is a table: --format csv writes its rows, and no stress path; maps of states over "
                                  "time are drawn by thermoroll plot --animate", param_hint="--format")  # fmt: skip

@@ -14,7 +14,7 @@ import numpy as np
 from thermoroll_cli.files.csv_table import image_of_rows
 from thermoroll_cli.files.result.labelled import Labelled, Node, ResultFileError, axis, image, kind_of, load, of_texts
 from thermoroll_cli.files.result.outcome import read_result
-from thermoroll_cli.problem.columns import CASE, Columns
+from thermoroll_cli.problem.columns import CASE, TEXTS, Columns
 from thermoroll_cli.problem.kinds import every_kind
 from thermoroll_cli.problem.names import FIELDS, PLACES, column_of
 from thermoroll_cli.problem.result import Result, State
@@ -161,7 +161,8 @@ def _read_hdf5(path: pathlib.Path, *, with_fields: bool) -> Columns:
     if "point" not in over:
         along = np.meshgrid(*(tree.arrays[key].values for key in over), indexing="ij")
         columns |= {key: values.ravel().tolist() for key, values in zip(over, along, strict=True)}
-    columns = {name: columns[name] for name in (*keys, *(name for name in columns if name not in keys))}
+    # As in tables of text, where what stands before the status was varied.
+    columns = {name: columns[name] for name in dict.fromkeys((*keys, *TEXTS, *columns)) if name in columns}
     fields, states = tree.nodes.get("fields", Node()).arrays, dict[int, State]()
     for place, row in enumerate(fields["row"].values.tolist() if fields else ()):
         known = {name: array.values[place] for name, array in fields.items() if array.axes[:2] == ("row", "x")}

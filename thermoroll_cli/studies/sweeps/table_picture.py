@@ -6,9 +6,6 @@ import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.fit_figures import MEASURED, mark_measured
 from thermoroll_cli.plots.sweep_figures import sweep_figure
@@ -56,9 +53,9 @@ def draw_table(
 
 def table_figure(
     table: Columns, *, compare: Sequence[str] = (), measured: Measured | None = None, x: str = "", only: Sequence[str] = (),
-    ax: Axes | None = None,
-) -> Figure:
-    """The scalars over the column `x` of what was varied, or over the key with most numbers, or over words, a curve for
+    ax: Any = None,
+) -> Any:
+    """A figure of scalars over the column `x` of what was varied, or over the key with most numbers, or over words, a curve for
     each combination of the others, of which one is the case; where several keys vary in a list, over its only label with
     numbers, or over the number of the point; those of a history over the distance rolled or over time. Of scalars that are
     named, `only` these are drawn, one also on axes of the caller, `ax`.
@@ -109,7 +106,7 @@ def table_figure(
     return figure
 
 
-def plot_table(table: Columns, name: str, *, x: str, compare: Sequence[str], ax: Axes | None) -> Figure:
+def plot_table(table: Columns, name: str, *, x: str, compare: Sequence[str], ax: Any) -> Any:
     """What `Columns.plot` draws. Raises ValueError."""
     if name and known_as(name, table) not in table:
         raise ValueError(f"no column {name!r}; there are {', '.join(table.numbers)}")

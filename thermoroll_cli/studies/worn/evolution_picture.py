@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from matplotlib.figure import Figure
+from typing import Any
 
 from thermoroll_cli.plots.profile_figures import wear_figure
 from thermoroll_cli.plots.service_figure import service_figure
@@ -10,8 +10,8 @@ from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.studies.worn.follow import Evolution
 
 
-def evolution_figure(done: Evolution) -> Figure:
-    """Profiles and loads of one contact over the distance, or outlines of a wheelset and what changes with them."""
+def evolution_figure(done: Evolution) -> Any:
+    """A figure: profiles and loads of one contact over the distance, or outlines of a wheelset and what changes with them."""
     if done.outlines:
         return service_figure(done.case.settings.title, done.rows, done.outlines, converged=done.converged)
     kept, asked = done.snapshots, done.case.problem.wear
