@@ -26,13 +26,14 @@ from thermoroll_cli.physics.contact.normal_contact import NormalSolver
 from thermoroll_cli.physics.halfspace.bodies import RelaxingBodies
 from thermoroll_cli.physics.halfspace.relaxing import Memory, Relaxing
 from thermoroll_cli.physics.numerics.grid import Grid
+from thermoroll_cli.plots.style import readable
 from thermoroll_cli.problem.problem import Material, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import Solver
 
 SPEEDS = np.logspace(-3.0, 4.0, 22)
-SHOWN = (0.03, 10.0, 1e4)
-"""Speeds (m/s) whose pressure is drawn."""
+SHOWN = (1e-3, 0.5, 1e4)
+"""Speeds (m/s) whose pressure is drawn: slow, near the largest resistance, fast."""
 THICKNESSES = {"tread of 9.5 mm": 9.5e-3, "tread of 2 mm": 2e-3}
 
 
@@ -83,7 +84,7 @@ def resistance(folder: pathlib.Path, grid: int) -> Numbers:
     figure, (left, right) = diagrams(1, 2, (3.6, 2.7))
     load = problem.normal_force
     shares: Array = np.array([_shares(result) for result in whole]).T / load
-    times = [f"{time:.2g} s" for _, time in solid.upper.retardation]
+    times = [readable(f"{time:.2g} s") for _, time in solid.upper.retardation]
     shades = [str(shade) for shade in np.linspace(0.93, 0.62, len(times))]
     left.stackplot(SPEEDS, shares, colors=shades, labels=times)
     for (name, results), colour in zip(curves.items(), (COUPLED, ISOTHERMAL, THIRD), strict=True):
@@ -96,7 +97,7 @@ def resistance(folder: pathlib.Path, grid: int) -> Numbers:
     for speed, colour in zip(SHOWN, (ISOTHERMAL, COUPLED, THIRD), strict=True):
         result = whole[int(np.argmin(np.abs(np.log(SPEEDS / speed))))]
         middle = result.coupled.fields["pressure"][:, result.y.size // 2]
-        right.plot(1e3 * result.x, 1e-6 * middle, color=colour, label=f"{result.problem.motion.speed:.2g} m/s")
+        right.plot(1e3 * result.x, 1e-6 * middle, color=colour, label=readable(f"{result.problem.motion.speed:.2g} m/s"))
     right.set(xlabel="x (mm), material flows to the right", ylabel="pressure of the whole wheel (MPa)", ylim=(0.0, None))
     right.axvline(0.0, color="0.7", linewidth=0.8)
     right.legend(fontsize=8)

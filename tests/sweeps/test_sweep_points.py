@@ -124,6 +124,14 @@ def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
     assert read_points(tmp_path / "one.csv") == (Axis("load.normal_N", (80.5,)),)
     (tmp_path / "units.csv").write_text("load.normal_N [kN],creepage.longitudinal [%],rolling.speed_m_s [km/h]\n0.08,0.7,36\n")
     assert [axis.values for axis in read_points(tmp_path / "units.csv")] == [(80.0,), (0.007,), (10.0,)]
+    (tmp_path / "units.csv").write_text("load.normal [kN];geometry.upper_radius_x [in];load.normal [N/mm]\n0,08;0,375;2\n")
+    assert [(axis.key, axis.values) for axis in read_points(tmp_path / "units.csv")] == [
+        ("load.normal_N", (80.0,)), ("geometry.upper_radius_x_mm", (9.525,)), ("load.normal_N_mm", (2.0,))]
+    record = (Path(__file__).parents[2] / "cases" / "corrugation.csv").read_text()
+    (tmp_path / "record.csv").write_text(record.replace("distance [m]", "#distance_m"))  # as docs/record_over_time.md says
+    place, load, creepage = read_points(tmp_path / "record.csv")
+    assert (place.key, load.key, load.values[:2]) == ("distance_m", "load.normal_N", (80000.0, 86180.0))
+    assert (creepage.key, creepage.values[1]) == ("creepage.longitudinal", 0.00129)
     done = call("sweep", case, "--points", listed, "-o", tmp_path / "out", "--set", "numerics.grid=8")
     assert done.returncode == 0, done.stderr
     rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))

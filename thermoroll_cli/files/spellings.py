@@ -8,8 +8,11 @@ import re
 import unicodedata
 from collections.abc import Sequence
 
+from thermoroll_cli.files.case_schema import entry_at
+from thermoroll_cli.files.case_source import key_path
 from thermoroll_cli.files.case_table import SI, quantity_of
-from thermoroll_cli.problem.names import ERROR, unit_of
+from thermoroll_cli.problem.names import ALL_SCALARS, ERROR, unit_of
+from thermoroll_cli.problem.names import UNITS as UNITS_OF_NAMES
 
 WORDS = {
     "creepage.longitudinal": "srr sliderollratio slidetorollratio slip slipratio longitudinalslip slippage creep creepage "
@@ -28,9 +31,10 @@ WORDS = {
 """Keys, and words for them in small letters, without spaces and signs between."""
 
 UNITS = SI | {
-    "%": ("", 1e-2), "‰": ("", 1e-3), "kN": ("N", 1e3), "MN": ("N", 1e6), "kPa": ("Pa", 1e3),
-    "N/mm²": ("Pa", 1e6), "kN/mm²": ("Pa", 1e9), "nm": ("m", 1e-9), "cm": ("m", 1e-2), "km/h": ("m/s", 1 / 3.6),
-    "kmh": ("m/s", 1 / 3.6), "µm/s": ("m/s", 1e-6), "mW": ("W", 1e-3), "kW": ("W", 1e3), "deg": ("rad", math.pi / 180.0),
+    "%": ("", 1e-2), "‰": ("", 1e-3), "kN": ("N", 1e3), "MN": ("N", 1e6), "lbf": ("N", 4.4482216152605), "kPa": ("Pa", 1e3),
+    "N/mm²": ("Pa", 1e6), "kN/mm²": ("Pa", 1e9), "nm": ("m", 1e-9), "cm": ("m", 1e-2), "in": ("m", 25.4e-3),
+    "km/h": ("m/s", 1 / 3.6), "kmh": ("m/s", 1 / 3.6), "µm/s": ("m/s", 1e-6),
+    "mW": ("W", 1e-3), "kW": ("W", 1e3), "deg": ("rad", math.pi / 180.0),
     "°": ("rad", math.pi / 180.0), "1/mm": ("rad/m", 1e3), "1/m": ("rad/m", 1.0), "ms": ("s", 1e-3), "µs": ("s", 1e-6),
     "min": ("s", 60.0), "h": ("s", 3600.0), "cm²/s": ("m²/s", 1e-4), "mm²": ("m²", 1e-6), "µm²": ("m²", 1e-12),
     "cm²": ("m²", 1e-4),
@@ -75,13 +79,21 @@ def _plain(unit: str) -> str:
     return {"-": "", "–": "", "1": "", "percent": "%"}.get(plain, plain)
 
 
+def _completed(name: str, unit: str) -> str:
+    """The key or the scalar that is called `name` but for its unit, and may be in `unit`; `name` itself where there is none."""
+    bare = name.removesuffix(ERROR)
+    ends = ("", *(end for end, own in UNITS_OF_NAMES.items() if factor_of(unit, own) is not None))
+    known = (whole for end in ends if (whole := bare + end) in ALL_SCALARS or entry_at(key_path(whole)))
+    return next(known, bare) + name[len(bare):]
+
+
 def in_own_units(source: str, names: Sequence[str]) -> tuple[list[str], list[float]]:
-    """The names of columns without the units in brackets behind them, and the factors to the units that names say. Raises
-    ValueError for a unit of another quantity."""
+    """The names of columns without the units in brackets behind them, which may stand in place of those at the end of a name,
+    and the factors to the units that names say. Raises ValueError for a unit of another quantity."""
     plain, factors = list[str](), list[float]()
     for name in names:
         found = _IN_BRACKETS.fullmatch(name.strip())
-        bare = found[1] if found else name
+        bare = _completed(found[1], found[2]) if found else name
         own = unit_of(bare.removesuffix(ERROR))
         factor = factor_of(found[2], own) if found else 1.0
         if factor is None:
