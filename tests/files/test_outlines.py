@@ -161,6 +161,8 @@ def test_inches(tmp_path: Path) -> None:
             Case.from_dict(tables(**each))
     read = Case.from_dict(tables({"file": str(rail), "unit": "in"}, {"file": str(wheel), "unit": "in"}))
     assert read.profiles["wheelset.wheel_profile"]["step_mm"] == pytest.approx(0.00254, rel=1e-9)
+    told = read.readings["track.rail_profile"].words(read.profiles["track.rail_profile"])
+    assert "points in inches, y from -43.7" in told
     assert steps_of([[0.001 * k, 0.005 * k] for k in range(20)]) == (0.001, 0.005)
 
 

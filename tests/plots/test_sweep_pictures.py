@@ -458,3 +458,15 @@ def test_a_sweep_of_wheelsets_has_words_at_its_axis() -> None:
     columns = {"wheelset.lateral_shift_mm": [0.0, 3.0], "track_force_y_left_N": [1.0, 2.0], "status": ["converged"] * 2}
     figure = wheelset_sweep_figure(columns, "wheelset.lateral_shift_mm", "")
     assert figure.axes[-1].get_xlabel() == "lateral shift (mm)"
+
+
+def test_columns_that_are_named_are_drawn_of_wheelsets_too(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(plot_style, "save", lambda figure, *_: drawn.append(figure))
+    shift = "wheelset.lateral_shift_mm"
+    table = Columns({shift: [0.0, 3.0, 6.0], "status": ["converged"] * 3, "track_force_y_left_N": [1.0, 2.0, 3.0],
+                     "temperature_rise_max_K": [4.0, 40.0, 190.0], "left_1.y_rail_mm": [-10.0, -5.0, -3.0],
+                     "left_1.normal_N": [1.0, 2.0, 3.0]}, (shift,), (shift,))
+    assert draw_table(table, tmp_path / "a.png", only=["temperature_rise_max_K"]) == draw_table(table, tmp_path / "a.png") == ""
+    asked, usual = ([axes.get_ylabel() for axes in figure.axes] for figure in drawn)
+    assert len(asked) == 1 and asked[0].startswith("maximum temperature rise") and usual[0].startswith("y on the rail")

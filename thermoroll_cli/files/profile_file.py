@@ -117,7 +117,7 @@ class Reading:
         def parts() -> Iterator[str]:
             of = f" of {record['points_in_file']}" if record["points_in_file"] != record["points"] else ""
             yield f"{record['file']}: {record['format']}"
-            yield f"{record['points']}{of} points in {record['unit']}"
+            yield f"{record['points']}{of} points in {re.sub('in(?=,|$)', 'inches', record['unit'])}"
             if record["closed"]:
                 yield "the running surface of a closed section"
             for name in (name for name in ("y", "height", "z") if f"{name}_mm" in record):

@@ -88,7 +88,7 @@ def table_figure(
     over = [*dict.fromkeys(over)]
     if CONVERGED not in columns.get("status", CONVERGED):
         raise NoCurve("no point converged")
-    if any(name.endswith(".y_rail_mm") for name in columns) and len(over) == 1 and not only:
+    if any(name.endswith(".y_rail_mm") for name in columns) and len(over) == 1 and not only and measured is None:
         return wheelset_sweep_figure(columns, over[0], table.title)
     shown: Sequence[str] = [known_as(name, columns) for name in only]
     if measured is not None:
