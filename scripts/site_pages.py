@@ -55,6 +55,12 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
+def on_post_template(output: str, template_name: str, config: Any) -> str:
+    """Without the site's own address there is no page for addresses that are not there: a server shows it at any depth, and its
+    links would hold at the top alone."""
+    return "" if template_name == "404.html" and not config["site_url"] else output
+
+
 def first_page() -> str:
     """The README, with links that start from docs/."""
     text = (ROOT / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")

@@ -115,6 +115,7 @@ def test_the_site_needs_no_server(site: Path, tmp_path: Path) -> None:
     for name, text in pages.items():
         assert not re.findall(r'(?:src|<link[^>]* href)="(?:https?:)?//[^"]*', text), name
         assert "arithmatex" not in text, name
+    assert "404.html" not in pages, "its links break below a folder"
     assert "<i>γ</i><sub>st</sub>" in pages["frames.html"] and "<code>gamma_st</code>" in pages["frames.html"]
     source = (ROOT / "docs" / "physics.md").read_text(encoding="utf-8")
     assert pages["physics.html"].count('class="equation"') == source.count("$$") // 2 > 20
