@@ -64,9 +64,12 @@ class Columns(Mapping[str, Sequence[Any]]):
 
     def lacks(self, names: Sequence[str]) -> list[str]:
         """For each of the `names` of which no state that converged has a number, a warning."""
-        return [f"{name} was not computed at any point" for name in names
-                if not any(status == CONVERGED and isinstance(value, int | float) and math.isfinite(value)
-                           for status, value in zip(self["status"], self.get(known_as(name, self), ()), strict=False))]
+        lacking = [name for name in names if not any(
+            status == CONVERGED and isinstance(value, int | float) and math.isfinite(value)
+            for status, value in zip(self["status"], self.get(known_as(name, self), ()), strict=False))]
+        instead = {name: name.replace("flash_temperature_", "temperature_rise_") for name in lacking}
+        return [f"{name} was not computed at any point" + (
+            f": without recirculating heat it is {rise}" if rise != name else "") for name, rise in instead.items()]
 
     @property
     def of_history(self) -> bool:

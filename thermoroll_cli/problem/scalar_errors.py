@@ -168,8 +168,8 @@ SIGNIFICANT_DIGITS = 5
 """Digits of a value without an error."""
 MISMATCH_DIGITS = 2
 """Digits of a scalar that is an error itself."""
-NEGLIGIBLE_ERROR = 1e-6
-"""Errors below this share of their value do not limit its digits."""
+NEGLIGIBLE_ERROR = 1e-9
+"""Errors below this share of their value do not limit its digits: those of rounding."""
 PLAIN = 1e6
 """Numbers below this are written without a power of ten."""
 ROUNDING = 1e-12
