@@ -106,6 +106,7 @@ def test_a_table_of_many_inputs_has_results_in_a_further_block(tmp_path: Path) -
     rows = [line for line in lines if line.startswith("  one_case_000")]
     assert len(rows) == 6 and max(map(len, lines[:-1])) <= 80 and "force_" in "".join(lines[:16])
     assert [row.split()[1] for row in rows[:3]] == ["448", "447.9", "4"]
+    assert rows[0].index("448 ") == rows[1].index("447.9") == rows[2].index(" 4 ") - 1, "one below the other"
     lines = call(*asked, "--columns", "approach_um,shear_max_MPa", "--limit", "force_x_N<2000").stdout.splitlines()
     heads = "".join(lines[next(k for k, line in enumerate(lines) if "_0003" in line):][1:4])
     assert [heads.find(name) >= 0 for name in ("approach_um", "shear_")] == [True, True]
