@@ -132,23 +132,20 @@ def _judged(outcomes: list[Outcome]) -> list[Judged]:
 
 
 def table(outcomes: list[Outcome]) -> str:
-    """In Markdown, by family: pairs, covered, short by three and ten times, median of estimate over true error."""
+    """In Markdown, by family and grid: pairs, covered, short by three and ten times, median of estimate over true error."""
     judged = _judged(outcomes)
-    sides, apart = sorted({pair.grid for _, pair in judged}), {name for name, _ in judged} - {*FAMILIES, OTHERS}
-    head = ["", *(f"N = {n}: {column}" for n in sides for column in ("pairs", "covered", "short by 3", "by 10", "median"))]
-    lines = [head, ["---", *["---:"] * (len(head) - 1)]]
+    apart = {name for name, _ in judged} - {*FAMILIES, OTHERS}
+    lines = [["", "N", "pairs", "covered", "short by 3", "by 10", "median"], ["---", *["---:"] * 6]]
     for name, families in ({name: {name} for name in (*FAMILIES, OTHERS)} | {"**all of these**": {*FAMILIES, OTHERS}}
                            | {name: {name} for name in sorted(apart)}).items():  # fmt: skip
         some = [pair for own, pair in judged if own in families]
-        cells = [cell for n in sides for cell in _figures([pair for pair in some if pair.grid == n])]
-        if some:
-            lines.append([name.removeprefix("coverage ").removeprefix("of "), *cells])
+        for n in sorted({pair.grid for pair in some}):
+            lines.append([name.removeprefix("coverage ").removeprefix("of "), str(n),
+                          *_figures([pair for pair in some if pair.grid == n])])
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
 def _figures(some: list[Pair]) -> list[str]:
-    if not some:
-        return [""] * 5
     short = np.array([shortfall(pair) for pair in some])
     return [str(len(some)), f"{np.mean(short <= 1.0):.1%}", f"{np.mean(short > 3.0):.1%}", str(int((short > 10.0).sum())),
             "" if math.isnan(median := _median(some)) else f"{median:.1f}"]
