@@ -132,6 +132,7 @@ def test_race_control_is_that_of_jones_and_harris() -> None:
     spin = below * math.tan(angles[0] - pitch) + ratio * math.sin(angles[0])
     assert abs(inner["spin_to_roll"]) == pytest.approx(spin, rel=1e-6)
     assert contact(result, "ball_1_outer").record["spin_to_roll"] == pytest.approx(0.0, abs=1e-12)
+    assert result["torque_Nmm"] > 0.0 and math.isnan(result.coupled.scalars["torque_from_forces_Nmm"])  # no balance
 
 
 @pytest.mark.parametrize(("rpm", "control"), [(0.0, "tractions"), (1e3, "outer"), (1e3, "tractions")])

@@ -5,6 +5,7 @@ import contextlib
 import pytest
 
 from tests.support.command_line import THERMAL
+from tests.support.documents import ROOT
 from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.one_contact.steady_state.derived import DerivedQuantities
 
@@ -61,3 +62,6 @@ def test_a_track_may_be_narrower_than_the_contact_by_less_than_an_element():
     for short, fits in ((0.9, True), (1.5, False)):
         with contextlib.nullcontext() if fits else pytest.raises(CaseError, match="below that of the contact"):
             Case.parse(SPHERES + COOLED + f"width_mm = {width * (1.0 - 1.1 * short / elements)!r}\n")
+    # The contact of a loaded profile is as wide as it, and an eighth of a coarse element wider where it is looked for.
+    flat = Case.read(ROOT / "cases" / "twin_disc_lewis.toml", overrides=[Override.parse("numerics.grid=128")])
+    assert flat.problem.heating.lower_track.width == pytest.approx(0.01)

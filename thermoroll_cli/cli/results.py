@@ -208,6 +208,8 @@ def compare(
     if as_json:
         streams.write_json({"within": comparison.within, "rtol": rtol, "largest": comparison.largest, "notes": comparison.notes,
                             "rows": [{**vars(row), "within": row.within(rtol)} for row in comparison.rows]})
+        if not comparison.within and not quiet:
+            streams.error(f"{len(comparison.outside)} of {len(comparison.rows)} quantities are outside {rtol:g}")
     elif not quiet:
         # Differences above the tolerance, worst first; with `verbose` all of them, in their order.
         rows, outside, width = comparison.rows if verbose else comparison.outside, len(comparison.outside), streams.width()

@@ -16,7 +16,9 @@ class WheelsetKind(Kind):
     name, words = "wheelset", "a wheelset"
     tables = needs = ("track", "wheelset")
     refused = ("geometry", *(f"load.{key}" for key in LOADS), "creepage", "force")
-    refusal = "[wheelset], from which it follows", "[track] and [wheelset] without it, or one contact without them"
+    refusal = "[wheelset], from which it follows", (
+        "[track] and [wheelset] without it (wheelset.angular_velocity_rad_s or traction_N decides it), or one contact without "
+        "them")
     without_load, has_positions = "wheelset", True
     solver = At("many_contacts.wheelset.wheelset_result.WheelsetSolver")
     warnings = At("many_contacts.wheelset.first_contact.wheelset_warnings")

@@ -292,6 +292,10 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
             errors[name] = max(errors[name], sum(len(ball.members) * contact.result.uncertainty[name]
                                                  for ball in solved.balls for contact in ball.contacts.values()))
     if problem.rolls and contacts:
+        over = 1e3 / abs(problem.speeds[0] - problem.speeds[1])
+        errors["torque_Nmm"] = (errors["Q_F_W"] + errors.get("expansion_power_W", 0.0)) * over
+    if problem.balances and contacts:
+        # Of balls whose axes follow a ring, tractions are in no balance, and tell no torque.
         torque = 0.0
         for ball in solved.balls:
             if ball.loaded:
@@ -299,8 +303,6 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
                 lever = np.cross(0.5 * problem.pitch_diameter * RADIAL, inner.force)
                 torque += len(ball.members) * float((lever + inner.moment) @ AXIAL)
         scalars["torque_from_forces_Nmm"] = 1e3 * problem.direction * torque
-        over = 1e3 / abs(problem.speeds[0] - problem.speeds[1])
-        errors["torque_Nmm"] = (errors["Q_F_W"] + errors.get("expansion_power_W", 0.0)) * over
         errors["torque_from_forces_Nmm"] = errors["torque_Nmm"] + solved.left * over
     return scalars, errors
 

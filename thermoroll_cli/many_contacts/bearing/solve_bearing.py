@@ -406,7 +406,8 @@ class BearingSearch:
                     "more friction or less speed keeps it")
         share = "" if carried > 99.9 else f", which carries {carried:.2g} % of the largest load"
         return (f"{ball.names}{share}: the tractions of its contacts do not balance, {left:.1e} of its friction limit are left "
-                'over; control = "outer" or "inner" in [bearing] has loads and contacts without that balance')
+                'over; another numerics.grid may find the balance, and control = "outer" or "inner" in [bearing] has loads and '
+                "contacts without it")
 
     def _begun(self, now: Arrangement, k: int, contact: Problem, tolerance: float) -> Arrangement:
         """Ball `k` in balance from nothing: from the start that leaves least of its conditions, or, if that fails, the next."""

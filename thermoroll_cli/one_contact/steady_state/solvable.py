@@ -203,6 +203,7 @@ def _track(derived: DerivedQuantities, body: BodyName, track: ReturningTrack) ->
         yield cause
         return
     # A contact is known to an element: that of a profile comes from a coarse solution.
-    if 1e3 * track.width < contact * (1.0 - DOMAIN_OVER_CONTACT / (problem.numerics.grid or COARSE_GRID)[1]):
+    elements = min((problem.numerics.grid or COARSE_GRID)[1], COARSE_GRID[1])
+    if 1e3 * track.width < contact * (1.0 - DOMAIN_OVER_CONTACT / elements):
         yield Unsolvable(f"a width of {1e3 * track.width:g} mm is below that of the contact, {contact:.4g} mm",
                          f"{table}.width_mm", f"at least {contact:.4g} mm")
