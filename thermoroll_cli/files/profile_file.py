@@ -252,7 +252,7 @@ def outline_fault(
 
     Only what stands out tells top from bottom: the flange of a wheel, at one end of it, or the faces of a rail. A `flip` or
     `mirror` that the case gives, either way, overrules what the outline looks like."""
-    size = "a profile of a wheel or a rail is 10 to 500 mm long, in mm"
+    size = f"a profile of a wheel or a rail is {LENGTHS[0]:g} to {LENGTHS[1]:g} mm long, in mm"
     if not (farthest := float(np.abs(np.array(points)).max())) <= 1e6:
         return f"{farthest:g} is beyond 1e+06 mm", size
     surface = running_surface(points, wheel=wheel)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -120,6 +121,7 @@ def compare_tables(
     if a.count != b.count:
         return Comparison((Pair("rows", "scalar", a.count, b.count, math.inf, "another number of rows"),), rtol)
     rows = list[Pair]()
+    states = [[dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)] for table in (a, b)]
     for name in dict.fromkeys((*a, *b)):
         if name.startswith((UNCERTAINTY, "work.")) or name in ("reason", "file"):
             continue
@@ -128,7 +130,7 @@ def compare_tables(
             continue
         pairs = [*zip(a[name], b[name], strict=True)]
         words = any(isinstance(value, str) for pair in pairs for value in pair)
-        scales = [0.0] * a.count if words else [max(each) for each in zip(_scales(a, name), _scales(b, name), strict=True)]
+        scales = [0.0] * a.count if words else [*map(max, *(_scales(some, name) for some in states))]
         scales = [max(scales)] * a.count if a.of_history else scales
         apart = [0.0 if _text(one) == _text(other) else math.inf for one, other in pairs] if words else [
             _relative(one, other, scale) for (one, other), scale in zip(pairs, scales, strict=True)]
@@ -144,11 +146,10 @@ def compare_tables(
     return Comparison((*rows, *both), rtol, (*missing, *notes))
 
 
-def _scales(table: Columns, name: str) -> list[float]:
-    """The scale of a scalar in each row of a table, 0 where it is not known."""
+def _scales(states: list[dict[str, Any]], name: str) -> list[float]:
+    """The scale of a scalar in each of the `states` of a table, 0 where it is not known."""
     plain = name.removeprefix(ISOTHERMAL)
-    rows = (dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True))
-    return [_finite(error_scale(plain, {**row, plain: row[name]})) for row in rows]
+    return [_finite(error_scale(plain, ChainMap({plain: state[name]}, state))) for state in states]
 
 
 def _text(value: Any) -> str:

@@ -295,7 +295,7 @@ def _scalars(solved: SolvedBearing, contacts: Sequence[Result]) -> tuple[dict[st
         over = 1e3 / abs(problem.speeds[0] - problem.speeds[1])
         errors["torque_Nmm"] = (errors["Q_F_W"] + errors.get("expansion_power_W", 0.0)) * over
     if problem.balances and contacts:
-        # Of balls whose axes follow a ring, tractions are in no balance, and tell no torque.
+        # With race control the tractions on a ball do not balance, and give no torque.
         torque = 0.0
         for ball in solved.balls:
             if ball.loaded:

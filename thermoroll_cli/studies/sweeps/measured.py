@@ -47,7 +47,8 @@ class Measured:
             return data
         if isinstance(data, str | os.PathLike):
             return cls.read(pathlib.Path(data))
-        columns = {name: [float(value) for value in column] for name, column in data.items() if not str(name).startswith("#")}
+        columns = {name: [float(value) for value in column] for name, column in zip(map(str, data), data.values(), strict=True)
+                   if not name.startswith("#")}
         if len({len(column) for column in columns.values()}) != 1:
             raise ValueError("the columns of the data differ in length")
         count = len(next(iter(columns.values())))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from typing import Any
 
 from thermoroll_cli.plots import style
@@ -110,10 +111,8 @@ def plot_table(table: Columns, name: str, *, x: str, compare: Sequence[str], ax:
     """What `Columns.plot` draws. Raises ValueError."""
     if name and known_as(name, table) not in table:
         raise ValueError(f"no column {name!r}; there are {', '.join(table.numbers)}")
-    if ax is not None:
-        return table_figure(table, compare=compare, x=x, only=[name], ax=ax)
-    with style.applied():
-        return table_figure(table, compare=compare, x=x, only=[name] if name else [])
+    with style.applied() if ax is None else nullcontext():  # axes of the caller keep their style
+        return table_figure(table, compare=compare, x=x, only=[name] if name else [], ax=ax)
 
 
 def _numbered(cases: Sequence[str]) -> list[int]:
